@@ -1,11 +1,10 @@
-// Which channels cross between this lab and its peers, in which direction, and under which names. The first rule about
-// a channel decides; what no rule is about does not cross. Pure.
+// Which channels cross between this lab and its peers, and in which direction. The first rule about a channel decides;
+// what no rule is about does not cross. Pure.
 #pragma once
 
 #include <cstddef>
 #include <limits>
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,12 +24,9 @@ struct ChannelRule {
   std::string allow, deny;  // the channels that it is about, '*' for any characters; one of the two
   Direction direction = Direction::exports;
   std::vector<std::string> peers;  // labs that it is about; empty: all
-  std::string rename;              // what the channel is called on the other side; empty: the same
   Delivery delivery = Delivery::latest;
-  Priority priority = Priority::normal;
-  bool compress = false;
   // Of each channel and peer; a NaN is no limit.
-  double rate_hz = not_given, bytes_per_s = not_given, max_age_s = not_given;
+  double rate_hz = not_given, bytes_per_s = not_given;
   std::string key;    // "gateway.rules[1]"
   std::string place;  // "shark.toml:12"; empty when no file says it
 
@@ -39,8 +35,6 @@ struct ChannelRule {
   bool allows() const { return !allow.empty(); }
   const std::string& pattern() const { return allows() ? allow : deny; }
   bool is_about(Direction way, std::string_view channel, std::string_view peer) const;
-  // What it makes of a channel that it is about.
-  const std::string& name_of(const std::string& channel) const { return rename.empty() ? channel : rename; }
   // How it goes to a peer.
   Rule on_link(const std::string& channel) const;
 };
@@ -64,7 +58,7 @@ class ChannelRules {
 
   // In the order in which they count.
   const std::vector<ChannelRule>& all() const { return rules_; }
-  // The first rule that is about it, by the name that it has before it crosses; null when there is none.
+  // The first rule that is about it; null when there is none.
   const ChannelRule* about(Direction way, std::string_view channel, std::string_view peer) const;
   // The same, when that rule allows it.
   const ChannelRule* passing(Direction way, std::string_view channel, std::string_view peer) const;
@@ -76,13 +70,6 @@ class ChannelRules {
   std::vector<ExportedChannel> announced(const std::vector<std::string>& peers) const;
   // The LCM patterns of all that a peer may get.
   std::string bus_pattern() const;
-
-  // Two channels that would come out under one name.
-  struct Collision {
-    std::size_t renaming = 0;  // by this rule
-    std::string sentence;
-  };
-  std::optional<Collision> collision(const std::vector<std::string>& peers) const;
 
  private:
   std::vector<ChannelRule> rules_;

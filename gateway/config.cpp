@@ -138,7 +138,7 @@ void GatewayConfig::gather_rules(const hal::Section& gateway) {
   if (connect.empty()) check_rules(gateway, labs);
 }
 
-// Of rules about single peers, and names that are changed.
+// Of rules about single peers.
 void GatewayConfig::check_rules(const hal::Section& gateway, const std::vector<std::string>& labs) const {
   for (std::size_t i = 0; i < first_rules.size(); ++i) {
     const hal::Section rule = gateway.section("rules", static_cast<int>(i));
@@ -146,8 +146,6 @@ void GatewayConfig::check_rules(const hal::Section& gateway, const std::vector<s
       if (std::ranges::find(labs, lab) == labs.end())
         rule.refuse("peers", fmt::format("lab {} has no entry in gateway.peers; add one or correct the name", lab));
   }
-  if (const auto collision = rules.collision(labs))
-    gateway.section("rules", static_cast<int>(collision->renaming)).refuse("rename", collision->sentence);
 }
 
 void GatewayConfig::check(const hal::Section& gateway) {

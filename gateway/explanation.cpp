@@ -23,18 +23,12 @@ std::string settings_of(const ChannelRule& rule, Direction way) {
   const auto add = [&](std::string_view what, std::string_view value) {
     text += fmt::format("  {:<12}{}\n", what, value);
   };
-  if (!rule.rename.empty()) add("renamed", rule.rename);
   const char* const beyond = way == Direction::imports           ? "more are refused"
                              : rule.delivery == Delivery::latest ? "between them a newer message replaces an older one"
                                                                  : "more wait, as far as there is room";
   if (!std::isnan(rule.rate_hz)) add("at most", fmt::format("{:g} messages/s; {}", rule.rate_hz, beyond));
   if (!std::isnan(rule.bytes_per_s)) add("at most", fmt::format("{:g} bytes/s; {}", rule.bytes_per_s, beyond));
   if (way == Direction::imports) return text;
-  if (!std::isnan(rule.max_age_s))
-    add("not older", fmt::format("than {:g} s; older messages are dropped", rule.max_age_s));
-  if (rule.compress) add("compressed", "with zstd, where that is shorter");
-  if (rule.priority != Priority::normal)
-    add("priority", rule.priority == Priority::high ? "high: before all others" : "low: after all others");
   add("delivery", rule.delivery == Delivery::latest ? "latest: a newer message replaces one that waits"
                                                     : "ordered: every message counts");
   return text;
@@ -57,11 +51,9 @@ Explanation explain(const ExplainedLab& lab, Direction way, const std::string& c
 
   const ChannelRule* const rule = lab.rules.about(way, channel, peer);
   if (rule && rule->allows()) {
-    const std::string& name = rule->name_of(channel);
     return {.passes = true,
-            .channel = name,
             .text = fmt::format("lab {} {}s {} {} {} as {}: {}\n", lab.name, out ? "export" : "import", channel,
-                                out ? "to" : "from", peer, foreign_name(out ? lab.name : peer, name),
+                                out ? "to" : "from", peer, foreign_name(out ? lab.name : peer, channel),
                                 name_rule(lab.rules, *rule)) +
                     settings_of(*rule, way)};
   }

@@ -17,11 +17,10 @@ struct ExplainedLab {
 
 struct Explanation {
   bool passes = false;
-  std::string channel;  // what it is called behind this gateway, without the lab's name
-  std::string text;     // which rule, and with which settings; or why not, and what to write. Lines, each ended
+  std::string text;  // which rule, and with which settings; or why not, and what to write. Lines, each ended
 };
 
-// `channel`: its name before it crosses this lab's gateway, to or from `peer`.
+// `channel`: its name without a lab's, to or from `peer`.
 Explanation explain(const ExplainedLab& lab, Direction way, const std::string& channel, const std::string& peer);
 
 }  // namespace arkmesh::gateway

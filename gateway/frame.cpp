@@ -16,14 +16,9 @@
 #include <nmmintrin.h>
 #endif
 
-#include "gateway/compression.hpp"
-
 namespace arkmesh::gateway {
 
 namespace {
-
-// Of the byte with the length of a channel's name.
-constexpr std::size_t compressed_flag = 0x80;
 
 constexpr std::size_t header_crc_at = 8, frame_crc_at = 12;
 
@@ -91,11 +86,8 @@ std::vector<std::byte> encode_frame(FrameKind kind, std::span<const std::byte> p
 }
 
 std::vector<std::byte> encode_message(std::string_view channel, std::span<const std::byte> bytes,
-                                      std::uint64_t sequence, bool wants_compression) {
-  assert(channel.size() < compressed_flag);
-  const std::vector<std::byte> shorter = wants_compression ? compress(bytes) : std::vector<std::byte>();
-  const std::size_t flag = shorter.empty() ? 0 : compressed_flag;
-  if (flag != 0) bytes = shorter;
+                                      std::uint64_t sequence) {
+  assert(channel.size() <= 127);
   const auto name = std::as_bytes(std::span(channel));
   std::array<std::byte, 8> number;
   boost::endian::store_big_u64(reinterpret_cast<unsigned char*>(number.data()), sequence);
@@ -111,7 +103,7 @@ std::vector<std::byte> encode_message(std::string_view channel, std::span<const 
     begin_frame(out, kind, payload);
     if (i == 0) {  // number and name fit into the first
       out.insert(out.end(), number.begin(), number.end());
-      out.push_back(static_cast<std::byte>(name.size() | flag));
+      out.push_back(static_cast<std::byte>(name.size()));
       out.insert(out.end(), name.begin(), name.end());
     }
     const auto piece = bytes.first(begin + frame_header_bytes + payload - out.size());
@@ -131,13 +123,12 @@ bool is_message_frame(std::span<const std::byte> frame) {
 
 std::optional<MessageView> read_message(std::span<const std::byte> payload) {
   if (payload.size() < message_overhead_bytes) return {};
-  const auto size = static_cast<std::size_t>(payload[8]) & ~compressed_flag;
+  const auto size = static_cast<std::size_t>(payload[8]);
   if (size == 0 || payload.size() < message_overhead_bytes + size) return {};
   const auto name = payload.subspan(message_overhead_bytes, size);
   return MessageView{{reinterpret_cast<const char*>(name.data()), name.size()},
                      boost::endian::load_big_u64(reinterpret_cast<const unsigned char*>(payload.data())),
-                     payload.subspan(message_overhead_bytes + size),
-                     (static_cast<std::size_t>(payload[8]) & compressed_flag) != 0};
+                     payload.subspan(message_overhead_bytes + size)};
 }
 
 std::optional<std::span<const std::byte>> MessageAssembler::take(const FrameDecoder::Frame& frame,
@@ -223,7 +214,7 @@ void FrameDecoder::fail(Fault fault, std::string error) {
   std::vector<std::byte>().swap(partial_);
 }
 
-std::optional<Message> decode_message(std::span<const std::byte> frames, std::size_t max_bytes) {
+std::optional<Message> decode_message(std::span<const std::byte> frames) {
   FrameDecoder decoder(max_frame_payload_bytes);
   MessageAssembler assembler;
   const std::size_t most = frames.size();
@@ -234,12 +225,7 @@ std::optional<Message> decode_message(std::span<const std::byte> frames, std::si
     if (!payload) continue;
     const auto view = read_message(*payload);
     if (!view || !frames.empty()) return {};
-    Message message{std::string(view->channel), view->sequence, {view->bytes.begin(), view->bytes.end()}};
-    if (!view->is_compressed) return message;
-    auto bytes = decompress(view->bytes, max_bytes);
-    if (!bytes) return {};
-    message.bytes = std::move(*bytes);
-    return message;
+    return Message{std::string(view->channel), view->sequence, {view->bytes.begin(), view->bytes.end()}};
   }
   return {};
 }

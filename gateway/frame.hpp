@@ -33,9 +33,8 @@ inline constexpr std::size_t message_overhead_bytes = 8 + 1;
 std::vector<std::byte> encode_frame(FrameKind kind, std::span<const std::byte> payload);
 // A message as it goes on the byte stream: one frame, or parts that are as long as frames may be but for the last.
 // `channel`: at most 127 bytes. `sequence`: of an `ordered` message, from 1 on in each channel; 0: it has none.
-// `wants_compression`: the bytes go compressed when that is shorter.
 std::vector<std::byte> encode_message(std::string_view channel, std::span<const std::byte> bytes,
-                                      std::uint64_t sequence = 0, bool wants_compression = false);
+                                      std::uint64_t sequence = 0);
 
 // Whether a message, or a part of one, begins here; of frames that we made ourselves.
 bool is_message_frame(std::span<const std::byte> frame);
@@ -44,7 +43,6 @@ struct MessageView {
   std::string_view channel;
   std::uint64_t sequence;
   std::span<const std::byte> bytes;
-  bool is_compressed = false;  // compression.hpp
 };
 // Views into `payload`; nothing when it is no message.
 std::optional<MessageView> read_message(std::span<const std::byte> payload);
@@ -54,9 +52,8 @@ struct Message {
   std::uint64_t sequence = 0;
   std::vector<std::byte> bytes;
 };
-// What encode_message() made these frames of; nothing when they are damaged, incomplete, not of one message, or of a
-// compressed one of more than `max_bytes`.
-std::optional<Message> decode_message(std::span<const std::byte> frames, std::size_t max_bytes);
+// What encode_message() made these frames of; nothing when they are damaged, incomplete, or not of one message.
+std::optional<Message> decode_message(std::span<const std::byte> frames);
 
 // CRC-32C (Castagnoli), as in iSCSI, of both parts one after the other.
 std::uint32_t crc32c(std::span<const std::byte> first, std::span<const std::byte> second = {});

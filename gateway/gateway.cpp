@@ -8,7 +8,6 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "arkmesh/peers_t.hpp"
@@ -79,17 +78,14 @@ struct Gateway::State {
   void use(ChannelRules new_rules) {
     rules = std::move(new_rules);
     ++rules_number;
-    // What was heard so far may wait for peers, under the names that it has there.
-    std::vector<std::set<std::string, std::less<>>> names(links.size());
-    for (auto& [channel, each] : ways) {
-      each = ways_of(channel);
-      for (std::size_t i = 0; i < links.size(); ++i)
-        if (each[i]) names[i].insert(each[i]->channel);
-    }
+    for (auto& [channel, each] : ways) each = ways_of(channel);
     std::erase_if(ways, [](const auto& way) { return lead_nowhere(way.second); });
     for (std::size_t i = 0; i < links.size(); ++i) {
-      const auto& passing = names[i];
-      links[i]->keep_only([&passing](std::string_view channel) { return passing.contains(channel); });
+      // What was heard so far may wait for peers.
+      links[i]->keep_only([this, i](std::string_view channel) {
+        const auto way = ways.find(channel);
+        return way != ways.end() && way->second[i];
+      });
       const PeerLimits limits = rules.limits_of(links[i]->peer());
       peers[i].of_messages = budget(limits.rate_hz);
       peers[i].of_bytes = budget(limits.bytes_per_s);
@@ -118,7 +114,7 @@ struct Gateway::State {
     if (!is_exported_name(channel)) return counters.add("received.refused.channel_name");
     const ChannelRule* const rule = rules.passing(Direction::imports, channel, peer.link->peer());
     if (!rule) return refuse(peer, "not_imported", channel);
-    std::string name = foreign_name(peer.link->peer(), rule->name_of(std::string(channel)));
+    std::string name = foreign_name(peer.link->peer(), channel);
     auto received = peer.channels.find(name);
     if (received == peer.channels.end()) {
       if (peer.channels.size() == max_channels) return counters.add("received.refused.too_many_channels");

@@ -184,9 +184,6 @@ class GatewayProcess {
       ProcessConfig now = read_process_config(file);
       if (now.lab != config_.lab)
         throw hal::ConfigError(fmt::format("{} is the file of lab {} now", file.file().string(), now.lab));
-      // Renames must not collide for the peers of the start either.
-      if (const auto collision = now.gateway.rules.collision(peer_labs()))
-        throw hal::ConfigError(fmt::format("{}: a rename {}", file.file().string(), collision->sentence));
       config_.gateway.rules = std::move(now.gateway.rules);
       if (gateway_) {
         node_->set_exports(config_.gateway.rules.announced(peer_labs()));

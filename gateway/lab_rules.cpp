@@ -26,24 +26,22 @@ Explanation LabRules::explain(Direction way, const std::string& channel, const s
     throw hal::ConfigError(fmt::format("{}: lab {} has no peer {}; gateway.peers names {}", file, lab, peer,
                                        peers.empty() ? "nobody" : fmt::format("{}", fmt::join(peers, ", "))));
   if (std::ranges::find(config.ignored, peer) != config.ignored.end())
-    return {.passes = false,
-            .channel = {},
-            .text = fmt::format("lab {} takes no part: it is not in shared.labs of {}\n", peer, file)};
+    return {.text = fmt::format("lab {} takes no part: it is not in shared.labs of {}\n", peer, file)};
   return gateway::explain({lab, file, config.rules}, way, channel, peer);
 }
 
 Explanation explain_way(const std::string& channel, const std::string& sender, const LabRules* from,
                         const std::string& receiver, const LabRules* to) {
-  Explanation out{.passes = true, .channel = channel, .text = {}};
+  Explanation out{.passes = true, .text = {}};
   if (from) {
     out = from->explain(Direction::exports, channel, receiver);
     if (!out.passes) return out;
     if (!to)
       out.text += fmt::format("Whether lab {} takes it, its file says: arkmesh explain {} --from {} FILE\n", receiver,
-                              out.channel, sender);
+                              channel, sender);
   }
   if (!to) return out;
-  Explanation here = to->explain(Direction::imports, out.channel, sender);
+  Explanation here = to->explain(Direction::imports, channel, sender);
   here.text.insert(0, out.text);
   return here;
 }

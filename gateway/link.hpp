@@ -20,18 +20,13 @@ enum class Delivery {
   ordered,  // all of them, once and in order, as long as the outbox has room; then the oldest is dropped
 };
 
-enum class Priority { low, normal, high };
-
 // What happens to one exported channel on its way to one peer. A link without an outbox need not heed the limits.
 struct Rule {
   static constexpr double unlimited = std::numeric_limits<double>::infinity();
 
   std::string channel;  // what the peer calls it; never contains '/'
   Delivery delivery = Delivery::latest;
-  Priority priority = Priority::normal;
-  bool compress = false;
   double rate_hz = unlimited, bytes_per_s = unlimited;  // what is more waits
-  double max_age_s = unlimited;                         // older messages are dropped instead of sent
 };
 
 struct LinkStats {

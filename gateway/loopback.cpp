@@ -19,21 +19,21 @@ namespace {
 
 constexpr std::size_t outbox_bytes = 4 << 20;
 
-using Bytes = std::shared_ptr<const std::vector<std::byte>>;
+using SharedBytes = std::shared_ptr<const std::vector<std::byte>>;
 
 struct Travelling {
   std::uint64_t due = 0;  // step
   std::string channel;
-  Bytes bytes;
+  SharedBytes bytes;
 };
 
 // What a network and its ends share.
 struct Common {
   std::uint64_t now = 0;  // steps
   bool still = false;     // nothing is under way, and each link is as it stays until somebody does something
-  Bytes newest;           // sent: a lab sends most messages to each peer
+  SharedBytes newest;     // sent: a lab sends most messages to each peer
 
-  Bytes keep(std::span<const std::byte> bytes) {
+  SharedBytes keep(std::span<const std::byte> bytes) {
     const bool same = newest && newest->size() == bytes.size() &&
                       (bytes.empty() || std::memcmp(newest->data(), bytes.data(), bytes.size()) == 0);
     if (!same) newest = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
@@ -99,7 +99,7 @@ struct End {
 
   void empty_outbox() {
     for (auto frames = lane.outbox.whole_message({}); !frames.empty(); frames = lane.outbox.whole_message({})) {
-      const auto message = decode_message(frames, outbox_bytes);
+      const auto message = decode_message(frames);
       send(message->channel, message->bytes);
       lane.outbox.acknowledged(lane.outbox.written(frames.size()).messages);
     }

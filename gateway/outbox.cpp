@@ -25,7 +25,7 @@ void Outbox::enqueue(Entries& from, Entries::iterator entry) {
   Channel& of = *entry->channel;
   const bool is_long = entry->frames.size() > max_frame_bytes || of.long_ones > 0;
   of.long_ones += is_long;
-  entry->lane = 2 * of.level + is_long;
+  entry->lane = is_long ? of_long : of_short;
   Entries& to = waiting_[entry->lane];
   to.splice(to.end(), from, entry);
   if (entry->delivery == Delivery::latest) {
@@ -43,8 +43,8 @@ void Outbox::erase(Entries& from, Entries::iterator entry) {
     --held_;
   } else {
     if (of.has_waiting && of.waiting == entry) of.has_waiting = false;
-    of.long_ones -= entry->lane % 2;
-    if (cut_ == entry->lane && entry->handed_out > 0) cut_.reset();
+    of.long_ones -= entry->lane == of_long;
+    if (entry->handed_out > 0) cut_ = false;
     --of.queued;
   }
   if (entry->delivery == Delivery::ordered) --ordered_pending_;
@@ -57,8 +57,8 @@ void Outbox::forget_newest(Channel& of) {
   std::vector<std::byte>().swap(of.newest);
 }
 
-// The oldest of its kind and priority that waits and of which nothing was handed out.
-bool Outbox::drop_oldest(Delivery victim, std::size_t level) {
+// The oldest of its kind that waits and of which nothing was handed out.
+bool Outbox::drop_oldest(Delivery victim) {
   Entries* from = nullptr;
   Entries::iterator oldest;
   const auto look = [&](Entries& list) {
@@ -68,11 +68,9 @@ bool Outbox::drop_oldest(Delivery victim, std::size_t level) {
     from = &list;
     oldest = found;
   };
-  look(waiting_[2 * level]);
-  look(waiting_[2 * level + 1]);
+  for (Entries& lane : waiting_) look(lane);
   if (held_ > 0)
-    for (auto& [name, each] : channels_)
-      if (each.level == level) look(each.held);
+    for (auto& [name, each] : channels_) look(each.held);
   if (!from) return false;
   ++oldest->channel->dropped;
   erase(*from, oldest);
@@ -84,8 +82,7 @@ bool Outbox::make_room(std::size_t wanted) {
     if (bytes_ + wanted > limit_) forget_newest(each);
   // `ordered` messages go before `latest` ones, which are the newest of their kind.
   for (const Delivery victim : {Delivery::ordered, Delivery::latest})
-    for (std::size_t level = 0; level < levels; ++level)
-      while (bytes_ + wanted > limit_ && drop_oldest(victim, level)) continue;
+    while (bytes_ + wanted > limit_ && drop_oldest(victim)) continue;
   return bytes_ + wanted <= limit_;
 }
 
@@ -94,11 +91,9 @@ bool Outbox::put(const Rule& rule, std::span<const std::byte> bytes, Time now) {
   ++to.accepted;
   to.rule = rule;
   to.denied = false;
-  if (!to.is_in_lane()) to.level = static_cast<std::size_t>(rule.priority);
   const bool ordered = rule.delivery == Delivery::ordered;
-  Entry made{.channel = &to, .delivery = rule.delivery, .came = now, .message_bytes = bytes.size()};
-  if (bytes.size() <= longest_)
-    made.frames = encode_message(rule.channel, bytes, ordered ? to.sequence + 1 : 0, rule.compress);
+  Entry made{.channel = &to, .delivery = rule.delivery, .message_bytes = bytes.size()};
+  if (bytes.size() <= longest_) made.frames = encode_message(rule.channel, bytes, ordered ? to.sequence + 1 : 0);
   if (bytes.size() > longest_ || cost(made) > limit_) {
     ++to.refused;
     return false;
@@ -107,11 +102,10 @@ bool Outbox::put(const Rule& rule, std::span<const std::byte> bytes, Time now) {
     ++to.replaced;
     const auto place = to.waiting;
     const std::size_t others = bytes_ - cost(*place);
-    if (others + cost(made) <= limit_ && (place->lane % 2 == 1 || made.frames.size() <= max_frame_bytes)) {
+    if (others + cost(made) <= limit_ && (place->lane == of_long || made.frames.size() <= max_frame_bytes)) {
       bytes_ = others + cost(made);
       place->frames = std::move(made.frames);
       place->message_bytes = made.message_bytes;
-      place->came = now;
       return true;
     }
     erase(waiting_[place->lane], place);  // the newer one is larger and takes its chance like any other
@@ -148,9 +142,7 @@ void Outbox::release(Time now) {
   if (held_ == 0) return;
   for (auto& [name, each] : channels_)
     while (!each.held.empty() && each.may_go(now)) {
-      if (drop_if_old(each.held, now)) continue;
       --held_;
-      if (!each.is_in_lane()) each.level = static_cast<std::size_t>(each.rule.priority);
       enqueue(each.held, each.held.begin());
     }
 }
@@ -163,27 +155,11 @@ std::optional<Outbox::Time> Outbox::next_release() const {
   return first;
 }
 
-bool Outbox::drop_if_old(Entries& from, Time now) {
-  const auto entry = from.begin();
-  const double age_s = std::chrono::duration<double>(now - entry->came).count();
-  if (entry->handed_out > 0 || age_s <= entry->channel->rule.max_age_s) return false;
-  ++entry->channel->too_old;
-  erase(from, entry);
-  return true;
-}
-
-// Whose first message goes next. The parts of two messages do not mix: a longer one of a higher priority lends its own
-// to the one that is under way.
-std::optional<Outbox::Choice> Outbox::choose(Time now) {
-  for (Entries& lane : waiting_)
-    while (!lane.empty() && drop_if_old(lane, now)) continue;
-  for (std::size_t level = levels; level-- > 0;) {
-    const bool small = !waiting_[2 * level].empty(), large = !waiting_[2 * level + 1].empty();
-    if (!small && !large) continue;
-    if (small && !(large && ahead_[level] >= max_frame_bytes)) return Choice{2 * level, level};
-    return Choice{cut_.value_or(2 * level + 1), level};
-  }
-  return {};
+// Whose first message goes next.
+std::optional<Outbox::Lane> Outbox::choose() const {
+  const bool has_short = !waiting_[of_short].empty(), has_long = !waiting_[of_long].empty();
+  if (!has_short && !has_long) return {};
+  return has_short && !(has_long && ahead_ >= max_frame_bytes) ? of_short : of_long;
 }
 
 // Of what waits, and of which nothing was handed out.
@@ -219,29 +195,28 @@ std::vector<std::span<const std::byte>> Outbox::batch(std::size_t max_frames, st
   std::size_t bytes = 0;
   release(now);
   while (parts.size() < max_frames && bytes < max_bytes) {
-    const std::optional<Choice> next = choose(now);
+    const std::optional<Lane> next = choose();
     if (!next) break;
-    Entries& lane = waiting_[next->lane];
-    const std::size_t frame = std::min(max_frame_bytes, lane.front().frames.size() - lane.front().handed_out);
+    const Entry& first = waiting_[*next].front();
+    const std::size_t frame = std::min(max_frame_bytes, first.frames.size() - first.handed_out);
     if (!parts.empty() && bytes + frame > max_bytes) break;
-    const bool passes_long_ones = next->lane % 2 == 0 && !waiting_[2 * next->level + 1].empty();
-    ahead_[next->level] = passes_long_ones ? ahead_[next->level] + frame : 0;
+    const bool passes_long_ones = next == of_short && !waiting_[of_long].empty();
+    ahead_ = passes_long_ones ? ahead_ + frame : 0;
     bytes += frame;
-    parts.push_back(hand_out(lane, frame, now));
+    parts.push_back(hand_out(*next, frame, now));
   }
   return parts;
 }
 
 std::span<const std::byte> Outbox::whole_message(Time now) {
   release(now);
-  const std::optional<Choice> next = choose(now);
-  if (!next) return {};
-  Entries& lane = waiting_[next->lane];
-  return hand_out(lane, lane.front().frames.size(), now);
+  const std::optional<Lane> next = choose();
+  return next ? hand_out(*next, waiting_[*next].front().frames.size(), now) : std::span<const std::byte>();
 }
 
 // So many bytes of the lane's first message.
-std::span<const std::byte> Outbox::hand_out(Entries& lane, std::size_t bytes, Time now) {
+std::span<const std::byte> Outbox::hand_out(Lane from, std::size_t bytes, Time now) {
+  Entries& lane = waiting_[from];
   Entry& entry = lane.front();
   Channel& of = *entry.channel;
   const auto out = std::span<const std::byte>(entry.frames).subspan(entry.handed_out, bytes);
@@ -249,14 +224,11 @@ std::span<const std::byte> Outbox::hand_out(Entries& lane, std::size_t bytes, Ti
   handed_out_ += bytes;
   // Under way: a newer one queues behind it instead of changing it.
   if (of.has_waiting && &*of.waiting == &entry) of.has_waiting = false;
-  if (entry.handed_out < entry.frames.size()) {
-    cut_ = entry.lane;
-    return out;
-  }
-  if (cut_ == entry.lane) cut_.reset();
+  if (from == of_long) cut_ = entry.handed_out < entry.frames.size();
+  if (entry.handed_out < entry.frames.size()) return out;
   --of.queued;
   ++of.in_flight;
-  of.long_ones -= entry.lane % 2;
+  of.long_ones -= from == of_long;
   entry.end = handed_out_;
   if (of.is_paced()) pace(of, entry.message_bytes, now);
   leaving_.splice(leaving_.end(), lane, lane.begin());
@@ -289,7 +261,6 @@ void Outbox::keep_newest(Entries& from, Entries::iterator entry, bool arrived) {
   forget_newest(of);
   of.newest_bytes = entry->message_bytes;
   of.newest_arrived = arrived;
-  of.newest_came = entry->came;
   std::vector<std::byte> frames = std::move(entry->frames);
   bytes_ -= frames.capacity();
   erase(from, entry);
@@ -319,12 +290,12 @@ void Outbox::session_lost() {
   for (auto entry = in_flight_.begin(); entry != in_flight_.end();)
     if (const auto each = entry++; each->delivery == Delivery::latest) lose(in_flight_, each);
   if (cut_) {
-    Entries& lane = waiting_[*cut_];
+    Entries& lane = waiting_[of_long];
     if (lane.front().delivery == Delivery::latest)
       lose(lane, lane.begin());
     else
       lane.front().handed_out = 0;
-    cut_.reset();
+    cut_ = false;
   }
   // All that is left in order of arrival, which is that of each channel; then each to its lane anew, for what waited in
   // the first may not overtake what comes back into the second.
@@ -342,7 +313,7 @@ void Outbox::session_lost() {
   gather(in_flight_);
   for (Entries& lane : waiting_) gather(lane);
   written_ = handed_out_;
-  ahead_ = {};
+  ahead_ = 0;
   for (auto& [name, each] : channels_) each.long_ones = 0;
   while (!all.empty()) enqueue(all, all.begin());
   drop_waiting([](const Entry& entry) { return entry.channel->denied; }, &Channel::denials);
@@ -352,10 +323,7 @@ void Outbox::send_again(bool also_what_arrived) {
   for (auto& [name, each] : channels_) {
     if (each.denied) forget_newest(each);
     if (each.newest.empty() || (each.newest_arrived && !also_what_arrived)) continue;
-    Entry again{.channel = &each,
-                .came = each.newest_came,
-                .message_bytes = each.newest_bytes,
-                .frames = std::move(each.newest)};
+    Entry again{.channel = &each, .message_bytes = each.newest_bytes, .frames = std::move(each.newest)};
     each.newest.clear();
     bytes_ -= again.frames.capacity();
     const bool has_newer = each.queued + each.in_flight > 0;
@@ -383,7 +351,6 @@ hal::Counters Outbox::counters() const {
     set("replaced", name, channel.replaced);
     set("dropped.full", name, channel.dropped);
     set("dropped.session_lost", name, channel.lost);
-    set("dropped.too_old", name, channel.too_old);
     set("dropped.rate_limited", name, channel.rate_limited);
     set("dropped.over_budget", name, channel.over_budget);
     set("dropped.denied", name, channel.denials);

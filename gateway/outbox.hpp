@@ -34,8 +34,7 @@ class Outbox {
 
   // Takes a message of rule.channel. `latest`: replaces a waiting one of the same channel, in its place in the queue.
   // What the rule lets go only later is held back. When there is no room the oldest `ordered` ones go first, then the
-  // oldest `latest` ones, of low priority before others; all counted. False when it was refused: too long, or all room
-  // is taken by what is in flight.
+  // oldest `latest` ones; all counted. False when it was refused: too long, or all room is taken by what is in flight.
   bool put(const Rule& rule, std::span<const std::byte> bytes, Time now);
 
   // Longer messages are refused from now on; those that wait are dropped. All counted.
@@ -46,9 +45,9 @@ class Outbox {
   void keep_only(const Link::Passes& passes);
 
   // The next frames to write, at most `max_frames`, and at most `max_bytes` unless the first alone is larger; nothing
-  // when that is 0. Higher priorities go before all lower ones. In each messages of one frame go before longer ones,
-  // frame by frame, which yet get half of the bytes; in one channel all keep their order. They are in flight from now
-  // on, and stay valid until they are written and acknowledged, or the session is lost.
+  // when that is 0. Messages of one frame go before longer ones, frame by frame, which yet get half of the bytes; in
+  // one channel all keep their order. They are in flight from now on, and stay valid until they are written and
+  // acknowledged, or the session is lost.
   std::vector<std::span<const std::byte>> batch(std::size_t max_frames, std::size_t max_bytes, Time now);
   // The next message with all its frames, as encode_message() made it; nothing when none waits. For links that carry
   // messages, not bytes; not beside batch().
@@ -79,19 +78,18 @@ class Outbox {
   std::uint64_t ordered_accepted() const { return ordered_accepted_; }
   std::uint64_t ordered_pending() const { return ordered_pending_; }
   // outbox.WHAT.<channel>: accepted, acknowledged, in_flight, queued, replaced, dropped.full, dropped.session_lost,
-  // dropped.too_old, dropped.rate_limited, dropped.over_budget,
-  // dropped.denied, refused.too_big. And outbox.waiting.messages,
+  // dropped.rate_limited, dropped.over_budget, dropped.denied, refused.too_big. And outbox.waiting.messages,
   // outbox.waiting.bytes.
   hal::Counters counters() const;
 
  private:
+  enum Lane : std::size_t { of_short, of_long, lanes, held_back = lanes };
   struct Channel;
   struct Entry {
     Channel* channel = nullptr;  // node of channels_, which never moves
     Delivery delivery = Delivery::latest;
-    std::size_t lane = held_back;
-    std::uint64_t number = 0;  // of arrival
-    Time came = {};
+    Lane lane = held_back;
+    std::uint64_t number = 0;            // of arrival
     std::size_t message_bytes = 0;       // as it was put
     std::vector<std::byte> frames = {};  // as it goes on the byte stream
     std::size_t handed_out = 0;          // bytes of these
@@ -100,33 +98,27 @@ class Outbox {
   using Entries = std::list<Entry>;
   struct Channel {
     Rule rule;                // of the newest message
-    std::size_t level = 0;    // its priority, once nothing of another waits in a lane
     Entries held;             // held back, oldest first
     Time next = {};           // the next may go
     bool over_bytes = false;  // because of bytes_per_s rather than rate_hz
     bool denied = false;
     Entries::iterator waiting;  // the `latest` entry that a newer one replaces
     bool has_waiting = false;
-    std::size_t long_ones = 0;  // entries in lanes of longer messages
+    std::size_t long_ones = 0;  // entries in the lane of longer messages
     std::uint64_t sequence = 0;
     std::vector<std::byte> newest;  // of `latest`, that went out last
     std::size_t newest_bytes = 0;   // as it was put
     bool newest_arrived = false;    // it was acknowledged
-    Time newest_came = {};
     std::uint64_t accepted = 0, acknowledged = 0, in_flight = 0, queued = 0;
     std::uint64_t replaced = 0, dropped = 0, refused = 0, lost = 0;
-    std::uint64_t too_old = 0, rate_limited = 0, over_budget = 0, denials = 0;
+    std::uint64_t rate_limited = 0, over_budget = 0, denials = 0;
 
     bool is_paced() const { return rule.rate_hz != Rule::unlimited || rule.bytes_per_s != Rule::unlimited; }
     bool is_in_lane() const { return queued > held.size(); }
     bool may_go(Time now) const { return !is_paced() || (!is_in_lane() && now >= next); }
   };
-  static constexpr std::size_t levels = 3, held_back = 2 * levels;
   // What a message goes later than it might is made up for by the next ones, up to so much.
   static constexpr std::chrono::milliseconds catch_up{10};
-  struct Choice {
-    std::size_t lane, level;
-  };
 
   static std::size_t cost(const Entry& entry) { return entry.frames.capacity() + overhead_bytes; }
   Channel& channel(std::string_view name);
@@ -137,22 +129,20 @@ class Outbox {
   template <class Condition>
   void drop_waiting(Condition condition, std::uint64_t Channel::*reason);
   bool make_room(std::size_t wanted);
-  std::span<const std::byte> hand_out(Entries& lane, std::size_t bytes, Time now);
+  std::span<const std::byte> hand_out(Lane from, std::size_t bytes, Time now);
   static void pace(Channel& of, std::size_t bytes, Time now);
-  bool drop_oldest(Delivery victim, std::size_t level);
+  bool drop_oldest(Delivery victim);
   void release(Time now);
-  bool drop_if_old(Entries& from, Time now);
-  std::optional<Choice> choose(Time now);
+  std::optional<Lane> choose() const;
 
   std::size_t limit_;
   std::size_t longest_ = std::numeric_limits<std::size_t>::max();
   std::size_t bytes_ = 0;
   std::uint64_t numbers_ = 0, ordered_accepted_ = 0, ordered_pending_ = 0;
-  // Oldest first, two lanes for each priority: in the first messages of one frame; in the second longer ones, and what
-  // must not overtake them.
-  std::array<Entries, 2 * levels> waiting_;
-  std::array<std::size_t, levels> ahead_{};     // bytes that the first lane had since the second
-  std::optional<std::size_t> cut_;              // the lane whose first message is handed out in part; one in all
+  // Oldest first: messages of one frame; longer ones, and what must not overtake them.
+  std::array<Entries, lanes> waiting_;
+  std::size_t ahead_ = 0;                       // bytes that the first lane had since the second
+  bool cut_ = false;                            // the first message of the second is handed out in part
   std::size_t held_ = 0;                        // messages of all channels that are held back
   Entries leaving_;                             // handed out as a whole, in that order
   Entries in_flight_;                           // and written

@@ -8,7 +8,6 @@
 #include <cassert>
 #include <utility>
 
-#include "gateway/compression.hpp"
 #include "hal/label.hpp"
 
 namespace arkmesh::gateway {
@@ -190,17 +189,8 @@ void Session::on_piece(const FrameDecoder::Frame& frame) {
     return end("session.closed.bad_length", fmt::format("a message of more than {} bytes came", max_message_bytes_));
   if (!payload) return;
   ++received_.messages;
-  auto message = read_message(*payload);
+  const auto message = read_message(*payload);
   if (!message) return end("session.closed.bad_message", "a message without channel came");
-  std::optional<std::vector<std::byte>> bytes;
-  if (message->is_compressed) {
-    bytes = decompress(message->bytes, max_message_bytes_ - std::min(max_message_bytes_, message->channel.size()));
-    if (!bytes)
-      return end(
-          "session.closed.bad_compression",
-          fmt::format("a compressed message came that is damaged or has more than {} bytes", max_message_bytes_));
-    message->bytes = *bytes;
-  }
   owner_->on_message(*this, *message);
 }
 

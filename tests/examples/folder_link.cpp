@@ -185,7 +185,7 @@ void FolderLink::deliver(const fs::path& file) {
   if (!error) std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(bytes.data()), std::ssize(bytes));
   if (error || !fs::remove(file, error)) return;
 
-  const auto message = gateway::decode_message(bytes, settings_.max_message_bytes);
+  const auto message = gateway::decode_message(bytes);
   if (!message) return stats_.counters.add("received.refused.damaged");
   ++stats_.received_messages;
   stats_.received_bytes += message->bytes.size();

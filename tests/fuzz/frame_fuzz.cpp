@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "gateway/clock_estimate.hpp"
-#include "gateway/compression.hpp"
 #include "gateway/frame.hpp"
 #include "gateway/heartbeat.hpp"
 #include "gateway/hello.hpp"
@@ -51,10 +50,8 @@ std::string decode(std::span<const std::byte> stream, std::size_t piece) {
       out += std::to_string(static_cast<int>(frame->kind)) + ":";
       out.append(reinterpret_cast<const char*>(frame->payload.data()), frame->payload.size());
       require(frame->payload.size() <= max_payload_bytes);
-      if (const auto message = read_message(frame->payload)) {
+      if (const auto message = read_message(frame->payload))
         require(message_overhead_bytes + message->channel.size() + message->bytes.size() == frame->payload.size());
-        if (const auto bytes = decompress(message->bytes, max_joined_bytes)) require(bytes->size() <= max_joined_bytes);
-      }
       if (frame->kind == FrameKind::part || frame->kind == FrameKind::last_part) {
         if (const auto joined = assembler.take(*frame, max_joined_bytes)) out += std::to_string(joined->size()) + "!";
         require(assembler.held_bytes() <= 2 * max_joined_bytes);
@@ -92,13 +89,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
   }
   require(decode(stream, piece) == decode(stream, stream.size() + 1));
-
-  // What is compressed comes back; what calls itself compressed is no longer than allowed.
-  if (const auto packed = compress(bytes); !packed.empty()) {
-    const auto again = decompress(packed, bytes.size());
-    require(packed.size() < bytes.size() && again && std::ranges::equal(*again, bytes));
-  }
-  if (const auto raw = decompress(bytes, max_joined_bytes)) require(raw->size() <= max_joined_bytes);
 
   if (const auto hello = read_hello(bytes); hello && hello->version == protocol_version) {
     const auto again = encode_hello(*hello);

@@ -1,9 +1,8 @@
 // Text as [gateway] of a lab's file, and names as a peer or the lab's bus may give them. Whatever the file says that is
-// not refused: no two channels come out under one name unseen, nothing of a peer's is published but directly below the
-// peer's name, no pattern allows commands to robots, and what is explained is what happens.
+// not refused: nothing of a peer's is published but directly below the peer's name, no pattern allows commands to
+// robots, and what is explained is what happens.
 #include <cstdint>
 #include <cstdlib>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,11 +20,10 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-// The names that the file mentions may collide, and those that the input ends with.
+// The names that the file mentions, and those that the input ends with.
 std::vector<std::string> names_to_try(const ChannelRules& rules, std::string_view more) {
   std::vector<std::string> names{"operator_command", "fleet_command", "to_robots", "world", "a", ""};
-  for (const ChannelRule& rule : rules.all())
-    for (const std::string& name : {rule.pattern(), rule.rename}) names.push_back(name);
+  for (const ChannelRule& rule : rules.all()) names.push_back(rule.pattern());
   while (!more.empty()) {
     const std::size_t end = std::min(more.find('\n'), more.size());
     names.emplace_back(more.substr(0, end));
@@ -36,22 +34,17 @@ std::vector<std::string> names_to_try(const ChannelRules& rules, std::string_vie
 
 void try_rules(const ChannelRules& rules, const std::vector<std::string>& names, const std::string& peer) {
   for (const Direction way : {Direction::exports, Direction::imports}) {
-    std::map<std::string, std::string> came_from;
     for (const std::string& name : names) {
       const Explanation explanation = explain({"shark", "shark.toml", rules}, way, name, peer);
       const ChannelRule* const rule = is_exported_name(name) ? rules.passing(way, name, peer) : nullptr;
       if (has_wildcard(name)) continue;
       require(explanation.passes == (rule != nullptr));
       if (!rule) continue;
-      const std::string& out = rule->name_of(name);
-      require(is_exported_name(out));
-      require(explanation.channel == out);
-      require(foreign_name(peer, out).rfind('/') == peer.size());
-      require(came_from.emplace(out, name).first->second == name);
+      require(foreign_name(peer, name).rfind('/') == peer.size());
       require(!commands_robots(name) || rule->allow == name);
       if (way == Direction::imports) continue;
       bool is_announced = false;
-      for (const ExportedChannel& channel : rules.announced({peer})) is_announced |= matches(channel.name, out);
+      for (const ExportedChannel& channel : rules.announced({peer})) is_announced |= matches(channel.name, name);
       require(is_announced);
     }
   }

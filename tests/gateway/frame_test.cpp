@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "gateway/compression.hpp"
 #include "hal/random.hpp"
 
 namespace arkmesh::gateway {
@@ -192,47 +191,6 @@ TEST_CASE("messages in frames") {
   const auto message = read_message(std::span(frame).subspan(frame_header_bytes));
   REQUIRE(message.has_value());
   CHECK(message->channel == longest);
-}
-
-TEST_CASE("messages come out of their compression as they went in") {
-  // Of any size, over one frame or several; what does not get shorter goes as it is.
-  hal::RandomStream random(3, "compression");
-  for (const std::size_t size : {0u, 1u, 5u, 100u, 20'000u, 300'000u})
-    for (const bool noise : {false, true}) {
-      CAPTURE(size);
-      CAPTURE(noise);
-      std::string text(size, 'x');
-      if (noise)
-        for (char& c : text) c = static_cast<char>(random.below(256));
-      const auto frames = encode_message("world", bytes_of(text), 7, true);
-      const auto message = decode_message(frames, size);
-      REQUIRE(message.has_value());
-      CHECK(message->channel == "world");
-      CHECK(message->sequence == 7);
-      CHECK(std::ranges::equal(message->bytes, bytes_of(text)));
-      const bool gets_shorter = size >= 100 && !noise;
-      CHECK((frames.size() < encode_message("world", bytes_of(text), 7).size()) == gets_shorter);
-      if (gets_shorter) CHECK_FALSE(decode_message(frames, size - 1).has_value());
-    }
-}
-
-TEST_CASE("a compressed message has its length, or is none") {
-  // Damaged, shorter or longer than it says, or longer than allowed: refused before memory is asked for.
-  const std::string text(1000, 'x');
-  const auto packed = compress(bytes_of(text));
-  REQUIRE(packed.size() < 100);
-  CHECK(decompress(packed, 1000).has_value());
-  CHECK_FALSE(decompress(packed, 999).has_value());
-  for (const unsigned char lie : {0x00, 0xe7, 0xe9}) {  // 1000 is 0x03e8
-    auto forged = packed;
-    forged[3] = std::byte{lie};
-    CHECK_FALSE(decompress(forged, 1 << 20).has_value());
-  }
-  auto bomb = packed;
-  for (std::size_t i = 0; i < 4; ++i) bomb[i] = std::byte{0xff};
-  CHECK_FALSE(decompress(bomb, 1 << 20).has_value());
-  for (std::size_t size = 0; size < packed.size(); ++size)
-    CHECK_FALSE(decompress(std::span(packed).first(size), 1000).has_value());
 }
 
 TEST_CASE("long messages come in parts") {

@@ -331,60 +331,6 @@ TEST_CASE("a byte budget waits as long as its messages are large") {
   outbox.check();
 }
 
-TEST_CASE("what has waited too long is dropped, not sent") {
-  // Whether it waited for room, for its rate, or for a session; a newer value in its place has its own age.
-  TestedOutbox outbox(100'000);
-  const Rule old{.channel = "old", .delivery = ordered, .max_age_s = 1}, state{.channel = "state", .max_age_s = 1};
-  outbox.say(old, "1");
-  outbox.say(state, "1");
-  outbox.now += 900ms;
-  outbox.say(old, "2");
-  outbox.say(state, "2");
-  outbox.say(latest, "world", "w");
-  outbox.now += 200ms;
-  CHECK(outbox.take() == Texts{"2", "2", "w"});
-  CHECK(outbox.count("dropped.too_old.old") == 1);
-  CHECK(outbox.count("dropped.too_old.state") == 0);
-  outbox.write();
-  outbox.lose_session();
-  outbox.now += 2s;
-  outbox.send_again(true);
-  CHECK(outbox.take() == Texts{"w"});
-  CHECK(outbox.count("dropped.too_old.old") == 2);
-  CHECK(outbox.count("dropped.too_old.state") == 1);
-  outbox.check();
-  const Rule slow{.channel = "slow", .rate_hz = 0.1, .max_age_s = 1};
-  outbox.say(slow, "1");
-  outbox.take();
-  outbox.say(slow, "2");
-  outbox.now += 10s;
-  CHECK(outbox.take().empty());
-  CHECK(outbox.count("dropped.too_old.slow") == 1);
-  outbox.check();
-}
-
-TEST_CASE("urgent messages go before bulk") {
-  // Whatever waits: a higher priority first, whole messages of it between the parts of a large one; the parts of two
-  // large ones never mix; room is made at the cost of the low one.
-  TestedOutbox outbox(10'000'000);
-  const std::string large(2 * max_frame_payload_bytes, 'x'), urgent(2 * max_frame_payload_bytes, 'u');
-  const Rule bulk{.channel = "map", .delivery = ordered, .priority = Priority::low},
-      alarm{.channel = "alarm", .delivery = ordered, .priority = Priority::high};
-  outbox.say(bulk, large);
-  CHECK(outbox.take(1) == Texts{"..."});
-  for (const char* text : {"1", "2"}) outbox.say(bulk, text);
-  outbox.say(ordered, "events", "e");
-  outbox.say(alarm, "a");
-  outbox.say(alarm, urgent);
-  CHECK(outbox.take(1) == Texts{"a"});
-  CHECK(outbox.take() == Texts{"...", large, "...", "...", urgent, "e", "1", "2"});
-  outbox.check();
-  TestedOutbox small(3 * (Outbox::overhead_bytes + 150));
-  for (const Rule& rule : {bulk, Rule{"events", ordered}, alarm, alarm}) small.say(rule, std::string(100, 'x'));
-  CHECK(small.count("dropped.full.map") == 1);
-  CHECK(small.count("queued.events") == 1);
-}
-
 TEST_CASE("what is denied later does not go, nor come back") {
   // Neither what waits or is held back, nor what was under way when the session ended; until it is allowed again.
   TestedOutbox outbox(100'000);
@@ -425,10 +371,8 @@ TEST_CASE("random use keeps the books") {
   std::vector<Rule> rules{{"world", latest}, {"status", latest}, {"events", ordered}, {"log", ordered},
                           {"poses", latest}, {"alarm", ordered}, {"map", latest}};
   const auto change = [&](Rule& rule) {
-    rule.priority = static_cast<Priority>(random.below(3));
     rule.rate_hz = random.below(2) == 0 ? Rule::unlimited : random.uniform(1, 2000);
     rule.bytes_per_s = random.below(2) == 0 ? Rule::unlimited : random.uniform(1000, 1'000'000);
-    rule.max_age_s = random.below(2) == 0 ? Rule::unlimited : random.uniform(0.001, 0.2);
   };
   std::uint64_t number = 0;
   std::map<std::string, std::uint64_t> newest, newest_sequence, arrived;
@@ -481,7 +425,7 @@ TEST_CASE("random use keeps the books") {
   CHECK(arrived["events"] > 1000);
   for (const std::string channel : {"events", "log"}) {
     CAPTURE(channel);
-    CHECK(outbox.count("dropped.full." + channel) > 50);
+    CHECK(outbox.count("dropped.full." + channel) > 30);
     CHECK(outbox.count("acknowledged." + channel) > 1000);
     CHECK(outbox.count("refused.too_big." + channel) == 0);
   }
@@ -489,8 +433,7 @@ TEST_CASE("random use keeps the books") {
   outbox.check();
   for (const char* reason : {"rate_limited", "over_budget"})
     CHECK(outbox.count(std::string("dropped.") + reason + ".poses") > 100);
-  CHECK(outbox.count("dropped.too_old.alarm") > 10);
-  // In the end all goes that is not too old.
+  // In the end all goes.
   for (; outbox.next_release(); outbox.now = *outbox.next_release()) {
     while (!outbox.take().empty()) outbox.write();
     if (!outbox.next_release()) break;

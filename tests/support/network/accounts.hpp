@@ -18,9 +18,8 @@ inline void check_accounts(const gateway::LinkStats& stats) {
     const std::string channel = name.substr(accepted.size());
     CAPTURE(channel);
     std::uint64_t found = 0;
-    for (const char* what :
-         {"acknowledged", "in_flight", "queued", "replaced", "dropped.full", "dropped.session_lost", "dropped.too_old",
-          "dropped.rate_limited", "dropped.over_budget", "dropped.denied", "refused.too_big"})
+    for (const char* what : {"acknowledged", "in_flight", "queued", "replaced", "dropped.full", "dropped.session_lost",
+                             "dropped.rate_limited", "dropped.over_budget", "dropped.denied", "refused.too_big"})
       found += stats.counters["outbox." + std::string(what) + "." + channel];
     CHECK(found == n);
   }
