@@ -1,7 +1,7 @@
-// Owns an LCM handle. In memory LCM carries messages in bundles, all that wait for a drain() in one, because it makes
-// two system calls for each of its own. On a network it only sends, and opens no socket that hears, because it is never
-// asked to receive. Keeps C++ out of LCM's C frames: exceptions of handlers are kept and thrown again by drain(), and a
-// subscription that dies inside a handler is taken out only after its message.
+// On a network LCM sends, and opens no socket that hears, because it is never asked to receive. In memory messages
+// stand one behind the other until a drain(), without LCM, which makes two system calls for each. Exceptions of
+// handlers are kept and thrown again by drain(), and a subscription that dies inside a handler is taken out only after
+// its message.
 #include "hal/bus.hpp"
 
 #include <arpa/inet.h>
@@ -33,11 +33,9 @@ namespace {
 constexpr std::string_view memory_scheme = "memq://";
 constexpr std::string_view self_test_channel = "LCM_SELF_TEST";  // LCM's own
 constexpr std::size_t max_routes = 10'000;                       // others choose the names that come in
-constexpr const char* bundle_channel = "bundle";                 // in memory; nobody else is on that LCM
-constexpr std::size_t bundle_bytes = 1 << 20;                    // more go in another one
 
-// Before a message in a bundle, in this machine's own format.
-struct BundledHeader {
+// Before a message in memory.
+struct HeaderInMemory {
   std::uint32_t channel_bytes = 0, data_bytes = 0;
 };
 
@@ -77,15 +75,13 @@ struct Bus::State {
     std::shared_ptr<Node> node_;  // shared with the bus: either may die first
   };
 
-  lcm_t* lcm = nullptr;
+  lcm_t* lcm = nullptr;  // network only
   bool in_memory = false;
   std::vector<std::uint32_t> hear;               // network only: hosts, in network order
   std::unique_ptr<MulticastReceiver> receiver;   // network only, once somebody listens
   TextMap<std::shared_ptr<const Route>> routes;  // of the names heard or published so far
-  std::vector<std::byte> bundle;                 // memq only: published and not yet given to LCM
-  std::size_t bundles = 0;                       // memq only: that LCM has
+  std::vector<std::byte> waiting, in_hand;       // memq only: messages that were published; those that are handed out
   std::vector<std::byte> unheard;                // memq only: what stood behind a message whose handler failed
-  int heard = 0;                                 // memq only: messages of the bundle in hand that a handler ran for
   bool dispatching = false;
   bool delivered = false;  // a handler ran for the message in hand
   std::exception_ptr failure;
@@ -151,32 +147,22 @@ struct Bus::State {
     if (failure) std::rethrow_exception(std::exchange(failure, nullptr));
   }
 
-  void append_to_bundle(std::string_view channel, std::span<const std::byte> bytes) {
-    const BundledHeader header{static_cast<std::uint32_t>(channel.size()), static_cast<std::uint32_t>(bytes.size())};
-    const std::size_t begin = bundle.size();
-    bundle.resize(begin + sizeof header + channel.size() + bytes.size());
-    std::byte* to = bundle.data() + begin;
+  void append(std::string_view channel, std::span<const std::byte> bytes) {
+    const HeaderInMemory header{static_cast<std::uint32_t>(channel.size()), static_cast<std::uint32_t>(bytes.size())};
+    const std::size_t begin = waiting.size();
+    waiting.resize(begin + sizeof header + channel.size() + bytes.size());
+    std::byte* to = waiting.data() + begin;
     std::memcpy(to, &header, sizeof header);
     std::memcpy(to + sizeof header, channel.data(), channel.size());
     if (!bytes.empty()) std::memcpy(to + sizeof header + channel.size(), bytes.data(), bytes.size());
   }
 
-  // False: LCM has not taken it.
-  bool give_bundle() {
-    if (lcm_publish(lcm, bundle_channel, bundle.data(), static_cast<unsigned>(bundle.size())) != 0) return false;
-    bundle.clear();
-    ++bundles;
-    return true;
-  }
-
-  static void on_bundle(const lcm_recv_buf_t* buffer, const char*, void* user) {
-    static_cast<State*>(user)->handle_bundle({static_cast<const std::byte*>(buffer->data), buffer->data_size});
-  }
-
-  // A failure leaves the rest for the next time.
-  void handle_bundle(std::span<const std::byte> rest) {
+  // How many of what is in hand a handler ran for. A failure leaves the rest for the next time.
+  int handle_in_hand() {
+    int heard = 0;
+    std::span<const std::byte> rest = in_hand;
     while (!rest.empty() && !failure) {
-      BundledHeader header;
+      HeaderInMemory header;
       std::memcpy(&header, rest.data(), sizeof header);
       const auto channel = rest.subspan(sizeof header, header.channel_bytes);
       const auto bytes = rest.subspan(sizeof header + header.channel_bytes, header.data_bytes);
@@ -184,21 +170,17 @@ struct Bus::State {
       heard += handle({reinterpret_cast<const char*>(channel.data()), channel.size()}, bytes);
     }
     unheard.assign(rest.begin(), rest.end());
+    return heard;
   }
 
-  // All that waits in memory.
+  // All that waits in memory, also what handlers publish meanwhile.
   int drain_memory() {
-    heard = 0;
-    while (!unheard.empty() || bundles > 0 || !bundle.empty()) {
-      if (!unheard.empty()) {
-        const std::vector<std::byte> left = std::exchange(unheard, {});
-        handle_bundle(left);
-      } else if (bundles > 0 || give_bundle()) {
-        --bundles;
-        lcm_handle(lcm);
-      } else {
-        throw std::runtime_error("LCM takes no message in memory; is there memory left?");
-      }
+    int heard = 0;
+    while (!unheard.empty() || !waiting.empty()) {
+      std::vector<std::byte>& next = unheard.empty() ? waiting : unheard;
+      in_hand.swap(next);
+      next.clear();
+      heard += handle_in_hand();
       throw_failure();
     }
     return heard;
@@ -243,13 +225,11 @@ Bus::Bus(const std::string& url, const std::vector<std::string>& hear) : state_(
   }
   for (const std::string& host : hear)
     if (in_addr address{}; inet_pton(AF_INET, host.c_str(), &address) == 1) state_->hear.push_back(address.s_addr);
+  if (state_->in_memory) return;
   state_->lcm = lcm_create(url.c_str());
   if (!state_->lcm)
     throw std::runtime_error(fmt::format(
         "bus {}: LCM cannot open it; check address and port, for example udpm://239.255.76.67:7701?ttl=0", url));
-  if (state_->in_memory)
-    lcm_subscription_set_queue_capacity(lcm_subscribe(state_->lcm, bundle_channel, &State::on_bundle, state_.get()),
-                                        0);  // 0: no limit
 }
 
 Bus::~Bus() {
@@ -284,14 +264,9 @@ bool Bus::takes(const std::string& channel) {
 
 void Bus::send(const std::string& channel, std::span<const std::byte> bytes) {
   State& state = *state_;
-  if (!state.in_memory) {
-    if (lcm_publish(state.lcm, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size())) != 0)
-      counters_.add("refused.send_failed");
-    return;
-  }
-  if (!state.bundle.empty() && state.bundle.size() + bytes.size() > bundle_bytes && !state.give_bundle())
-    return counters_.add("refused.send_failed");
-  state.append_to_bundle(channel, bytes);
+  if (state.in_memory) return state.append(channel, bytes);
+  if (lcm_publish(state.lcm, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size())) != 0)
+    counters_.add("refused.send_failed");
 }
 
 int Bus::drain(std::chrono::milliseconds wait, int most) {
