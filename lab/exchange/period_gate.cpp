@@ -281,11 +281,6 @@ bool PeriodGate::received_from_all(std::uint32_t period) const {
   return std::all_of(peers_.begin(), peers_.end(), [&](const auto& entry) { return has(entry.second, period); });
 }
 
-bool PeriodGate::acknowledged_by_all(std::uint32_t period) const {
-  return std::all_of(peers_.begin(), peers_.end(),
-                     [&](const auto& entry) { return entry.second.acknowledged >= static_cast<std::int64_t>(period); });
-}
-
 std::int64_t PeriodGate::received(std::string_view peer) const {
   return peers_.find(peer)->second.received;
 }

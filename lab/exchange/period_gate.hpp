@@ -90,8 +90,6 @@ class PeriodGate {
   bool has_real_time_states(std::uint32_t k) const;
   // States `period` of every peer have been received (strict: and all before).
   bool received_from_all(std::uint32_t period) const;
-  // Every peer has told that it has received our state `period`.
-  bool acknowledged_by_all(std::uint32_t period) const;
   // The newest own period that every peer has told to have; INT64_MAX without peers.
   std::int64_t acknowledged() const;
 

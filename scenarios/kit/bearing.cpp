@@ -31,21 +31,10 @@ double distance_m(const hal::Pose& robot, const hal::Point& place) {
   return hal::fixed::hypot(place.x_m - robot.x_m, place.y_m - robot.y_m);
 }
 
-int sector_of(double bearing_rad, int sectors) {
-  if (sectors < 1) throw std::invalid_argument("a circle is divided into 1 sector or more");
-  const double turned = bearing_rad / circle * sectors + 0.5;
-  const int sector = static_cast<int>(std::floor(turned - std::floor(turned / sectors) * sectors));
-  return std::clamp(sector, 0, sectors - 1);
-}
-
 std::uint32_t quantized(double value, double low, double high, int bits) {
   const double all = steps(low, high, bits), step = std::floor((value - low) / (high - low) * all);
   if (!(step > 0)) return 0;  // also not-a-number
   return static_cast<std::uint32_t>(std::min(step, all - 1));
-}
-
-double from_quantized(std::uint32_t quantized, double low, double high, int bits) {
-  return low + (quantized + 0.5) * (high - low) / steps(low, high, bits);
 }
 
 }  // namespace arkmesh::scenarios::kit

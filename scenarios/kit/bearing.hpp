@@ -15,13 +15,9 @@ constexpr double distance2_m2(const auto& one, const auto& other) {
   const double x_m = one.x_m - other.x_m, y_m = one.y_m - other.y_m;
   return x_m * x_m + y_m * y_m;
 }
-// The sector of so many equal ones that a bearing is in: 0 is around straight ahead, then counter-clockwise.
-int sector_of(double bearing_rad, int sectors);
 
 // `value` within low..high as a whole number of so many bits (1 to 24): 0 at low, the largest at high; beyond them the
 // nearest. Throws std::invalid_argument for bits or bounds that make no sense.
 std::uint32_t quantized(double value, double low, double high, int bits);
-// The middle of what is quantized so.
-double from_quantized(std::uint32_t quantized, double low, double high, int bits);
 
 }  // namespace arkmesh::scenarios::kit

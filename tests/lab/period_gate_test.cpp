@@ -261,7 +261,7 @@ TEST_CASE("a free lab that has finished hears a peer whose clock is ahead") {
   a.finish_at(0);
   CHECK(a.message().done);
   CHECK(a.hear("b", from_b({state(3, 13), state(4, 14)}, 0)) == PeriodGate::Heard::counted);
-  CHECK(a.acknowledged_by_all(0));
+  CHECK(a.acknowledged() >= 0);
   CHECK(a.hear("b", from_b({state(100), state(101)}, 0)) == PeriodGate::Heard::refused);  // past the settings' end
 }
 

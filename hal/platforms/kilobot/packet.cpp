@@ -7,7 +7,6 @@ namespace arkmesh::hal::kilobot {
 namespace {
 
 constexpr std::size_t payload_at = 2, checksum_at = packet_bytes - 1;
-constexpr std::size_t gps_entries = 16, gps_entry_bytes = 8;
 
 Packet begin(PacketType type) {
   Packet packet{};
@@ -71,23 +70,6 @@ Packet boot_page_packet(std::uint8_t page, std::span<const std::uint8_t, page_by
   Packet packet = begin(PacketType::boot_page);
   packet[payload_at] = page;
   std::ranges::copy(bytes, packet.begin() + payload_at + 1);
-  return finish(packet);
-}
-
-Packet gps_packet(std::span<const GpsEntry> entries) {
-  Packet packet = begin(PacketType::gps_frame);
-  std::size_t at = payload_at;
-  for (const GpsEntry& entry : entries.first(std::min(entries.size(), gps_entries))) {
-    const auto put = [&](std::size_t offset, int value) {
-      packet[at + offset] = static_cast<std::uint8_t>(value);
-      packet[at + offset + 1] = static_cast<std::uint8_t>(value >> 8);
-    };
-    put(0, entry.robot);
-    put(2, entry.x);
-    put(4, entry.y);
-    packet[at + 6] = static_cast<std::uint8_t>(entry.heading);
-    at += gps_entry_bytes;
-  }
   return finish(packet);
 }
 

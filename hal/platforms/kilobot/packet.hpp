@@ -38,13 +38,6 @@ enum class PacketType : std::uint8_t {
 
 using Packet = std::array<std::uint8_t, packet_bytes>;
 
-// What a robot is told of its place (kilolib ohc.h); units are whatever the robots' program expects.
-struct GpsEntry {
-  std::uint16_t robot = 0;
-  std::int16_t x = 0, y = 0;
-  std::int8_t heading = 0;
-};
-
 // `filler` goes into a byte that the controller ignores: it makes a stop that differs from another.
 Packet stop_packet(std::uint8_t filler = 0);
 Packet led_toggle_packet();
@@ -53,8 +46,6 @@ Packet forward_once_packet(const Message& message);
 // With the message's own checksum, whatever it is.
 Packet forward_raw_packet(const Message& message);
 Packet boot_page_packet(std::uint8_t page, std::span<const std::uint8_t, page_bytes> bytes);
-// At most 16 entries; further ones are left out. The controller stops at the first entry that is all zero.
-Packet gps_packet(std::span<const GpsEntry> entries);
 
 // The byte that makes the exclusive or of all 132 bytes zero.
 std::uint8_t packet_checksum(const Packet& packet);

@@ -124,18 +124,6 @@ TEST_CASE("packet: checksum of the message") {
   CHECK(is_packet(once));
 }
 
-TEST_CASE("packet: places of robots") {
-  // A packet of places holds up to 16 entries of 8 bytes, little endian; what does not fit is left out.
-  std::vector<GpsEntry> entries(17, GpsEntry{0x0102, -2, 0x0304, -5});
-  const Packet packet = gps_packet(entries);
-  CHECK(packet[1] == 5);
-  const std::vector<std::uint8_t> entry{0x02, 0x01, 0xFE, 0xFF, 0x04, 0x03, 0xFB, 0x00};
-  for (std::size_t i = 0; i < 16; ++i) CHECK(std::ranges::equal(std::span(packet).subspan(2 + 8 * i, 8), entry));
-  CHECK(packet[130] == 0);
-  CHECK(is_packet(packet));
-  CHECK(std::ranges::count(gps_packet({}), 0) == 132 - 3);
-}
-
 TEST_CASE("packet: a changed bit") {
   // No single changed bit leaves a packet a packet.
   const Packet good = boot_page_packet(7, counting_page());
