@@ -1,4 +1,4 @@
-// Event-based and mixed exchange between real processes: strict labs keep their hash through every fault.
+// Event-based exchange between real processes. What networks do to it is tried in tests/labs/exchange_test.cpp.
 #include <doctest/doctest.h>
 
 #include <chrono>
@@ -29,13 +29,8 @@ struct Exchanging {
   explicit Exchanging(std::vector<std::string> exchange)
       : overrides(std::move(exchange)),
         labs({.overrides = overrides, .through_port = {{{"roark", "shark"}, proxy.port()}}, .first_port = 7940}) {
-    impair({});
+    proxy.set({.hold_after = middle_bytes});
     labs.start();
-  }
-  // Of the labs before the middle.
-  void impair(tests::Impairment impairment) {
-    impairment.hold_after = middle_bytes;
-    proxy.set(impairment);
   }
   void watch(std::chrono::milliseconds how_long) {
     for (const auto until = std::chrono::steady_clock::now() + how_long; std::chrono::steady_clock::now() < until;)
@@ -52,42 +47,11 @@ struct Exchanging {
   }
 };
 
-std::vector<std::string> exchange(const char* mode, const char* more = "run.duration_s=600") {
-  return {std::string("gate.exchange=") + mode, "run.duration_s=600", more};
-}
-
 }  // namespace
-
-TEST_CASE("by events and mixed, faults of the network in mid-run change nothing") {
-  // Proves that no lost, late or repeated event makes the labs' worlds differ: a delay, flipped bits, connections that
-  // are reset, a link that is cut and heals.
-  for (const auto& overrides : {exchange("event"), exchange("mixed"), exchange("mixed", "gate.down_period_s=6")}) {
-    CAPTURE(overrides.front() + " " + overrides.back());
-    Exchanging p(overrides);
-    REQUIRE(p.labs.reached("shark", 20, 300s));
-    p.impair({.delay = 10ms, .jitter = 10ms});
-    REQUIRE(p.labs.reached("shark", 40, 300s));
-    p.impair({.corrupt_every = 5000});
-    REQUIRE(p.labs.reached("shark", 60, 300s));
-    p.impair({});
-    REQUIRE(p.proxy.counts().corrupted > 0);
-    p.proxy.reset();
-    REQUIRE(p.labs.reached("shark", 70, 300s));
-    p.proxy.refuse(true);
-    const std::int64_t at = p.labs.period("shark", 100ms);
-    REQUIRE(at < 280);  // in mid-run
-    p.watch(3s);
-    CHECK(p.labs.period("shark") <= at + 1);
-    p.proxy.refuse(false);
-    p.proxy.set({});
-    p.check();
-    CHECK(p.proxy.counts().connections > 2);
-  }
-}
 
 TEST_CASE("by events, a gateway killed in mid-run and started again changes nothing") {
   // Proves that no event is lost with the gateway that held it.
-  Exchanging p(exchange("event"));
+  Exchanging p({"gate.exchange=event", "run.duration_s=600"});
   for (const char* killed : {"roark", "shark"}) {
     REQUIRE(p.labs.reached("shark", std::string(killed) == "roark" ? 30 : 60, 300s));
     p.labs.gateway(killed).kill();

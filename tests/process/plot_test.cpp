@@ -56,14 +56,8 @@ TEST_CASE("plot draws a run at a moment, and several runs as curves") {
   CHECK(fs::exists(bench.path("packed/sky/log.lcm.zst")));
   CHECK_FALSE(fs::exists(bench.path("packed/sky/log.lcm")));
   bench.draws({bench.path("packed")}, "packed/picture.png");
-  bench.draws({bench.path("packed/sky"), "--curves"}, "packed/sky/curves.png");
-  bench.draws({bench.path("one")}, "one/picture.png");
   bench.draws({bench.path("one"), "--at", "4", "--out", bench.path("at.png")}, "at.png");
-  bench.draws({bench.path("one/sky")}, "one/sky/picture.png");
-  bench.draws({bench.path("one"), "--curves"}, "one/curves.png");
   bench.draws({bench.path("one"), bench.path("two")}, "one/curves.png");
-  bench.refuses({bench.path("one"), "--at", "9999"}, "has moments from 0 to 10 s of lab time");
-  bench.refuses({bench.path("one"), bench.path("one")}, "is named twice; each run counts once");
   bench.refuses({bench.path("one"), "--series", "dances"}, "no run has dances; there are swarms.uncommitted");
   for (const char* lab : {"meadow", "sky"}) fs::remove(bench.path("two/" + std::string(lab) + "/log.lcm"));
   bench.draws({bench.path("two")}, "two/curves.png");  // of its tables

@@ -198,12 +198,14 @@ TEST_CASE("every program has the outcome that the table names") {
 
 TEST_CASE("the same seed gives the same swarm, another seed another one") {
   // Programs that wait in delay(), in callbacks, on the clock or for a flag, that crash or hang in one robot, that
-  // print, or draw random numbers repeat frame for frame.
+  // print, or draw random numbers repeat frame for frame. Every other one, if not thorough.
+  int number = 0;
   for (const std::string program :
-       {"labs_move", "style_busy_clock", "orbit_delay", "style_random", "naming_game", "crash_after_delay",
-        "crash_null", "style_wait_plain", "style_wait_include", "art_callback_delay", "style_text", "hang_volatile",
-        "crash_tail", "sync_phase_jump"}) {
+       {"style_busy_clock", "labs_move", "orbit_delay", "naming_game", "style_random", "crash_after_delay",
+        "style_wait_plain", "style_wait_include", "crash_null", "crash_tail", "art_callback_delay", "sync_phase_jump",
+        "hang_volatile", "style_text"}) {
     CAPTURE(program);
+    if (!arkmesh::tests::thorough() && ++number % 2 == 0) continue;
     SwarmProgram first = near_each_other(program), second = near_each_other(program), third = near_each_other(program);
     third.options.seed = 2;
     for (SwarmProgram* run : {&first, &second, &third}) run->for_seconds(20);
