@@ -10,20 +10,21 @@ namespace arkmesh::sim_ode {
 
 class DeafPairs {
  public:
-  explicit DeafPairs(int robots);
+  explicit DeafPairs(int robots)
+      : states_(static_cast<std::size_t>(robots), looks_each - 1), senders_(states_.size()) {}
 
   // A message goes out. True for one of 16: then reaches() is due for each robot in its reach.
   bool sends(int sender, std::int64_t at_us) {
-    sender_ = static_cast<std::size_t>(sender);
-    if (senders_[sender_].messages++ % 16 != 0) return false;
-    look(at_us);
+    std::uint8_t& state = states_[static_cast<std::size_t>(sender)];
+    state = static_cast<std::uint8_t>((state & waits) | ((state + 1) % looks_each));
+    if (state % looks_each != 0) return false;
+    look(static_cast<std::size_t>(sender), at_us);
     return true;
   }
   void reaches(int listener);
-  void hears(int sender, int listener) {
-    const std::size_t bit = bit_of(static_cast<std::size_t>(sender), listener);
-    heard_[bit / 64] |= std::uint64_t{1} << bit % 64;
-  }
+  // Somebody in the sender's reach has heard nothing of it yet: then hears() is due for who hears.
+  bool has_unheard(int sender) const { return (states_[static_cast<std::size_t>(sender)] & waits) != 0; }
+  void hears(int sender, int listener);
 
   // Of pairs that were in reach for 60 s and longer: all, and those of whose messages none came.
   struct Totals {
@@ -32,25 +33,23 @@ class DeafPairs {
   Totals totals() const;
 
  private:
+  static constexpr std::uint8_t looks_each = 16, waits = 128;
   struct Pair {
     int listener;
     bool heard;
     std::int64_t since_us, until_us;
   };
   struct Sender {
-    std::uint32_t messages = 0;
     std::int64_t looked_us = 0;
+    int unheard = 0;  // of its pairs
     std::vector<Pair> pairs;
   };
-  // Very many robots share bits, so that a deaf one may seem to hear.
-  std::size_t bit_of(std::size_t sender, int listener) const {
-    return sender * width_ + (static_cast<std::size_t>(listener) & (width_ - 1));
-  }
   static void add(const Pair& pair, Totals& totals);
-  void look(std::int64_t at_us);
+  void look(std::size_t sender, std::int64_t at_us);
 
-  std::size_t width_;                 // bits of a sender in heard_, a power of two
-  std::vector<std::uint64_t> heard_;  // since the sender was last looked at
+  // By robot: messages since it was looked at, and `waits` when it has pairs that are unheard. Nothing else is looked
+  // at with most messages.
+  std::vector<std::uint8_t> states_;
   std::vector<Sender> senders_;
   std::size_t sender_ = 0, next_ = 0;  // next_: among its pairs, the listener that is probably named next
   Totals parted_;                      // of pairs that are in reach no more

@@ -228,6 +228,7 @@ void InfraredMedium::finish(const Sending& sending) {
   const ContactWorld& world = *world_;
   const bool talked_over = overhead_on_air(sending.start_us, sending.end_us);
   const std::int64_t number = first_number_ + static_cast<std::int64_t>(ended_);
+  const bool has_unheard = pairs_.has_unheard(sending.robot);
   for (std::size_t k = 0; k < sending.listeners; ++k) {
     const int listener = listeners_[sending.first_listener + k];
     Ear& ear = ears_[index(listener)];
@@ -258,7 +259,7 @@ void InfraredMedium::finish(const Sending& sending) {
     const DistanceReadings readings = readings_at(distance);
     reception.low_gain = readings.low_gain;
     reception.high_gain = readings.high_gain;
-    pairs_.hears(sending.robot, listener);
+    if (has_unheard) pairs_.hears(sending.robot, listener);
     ++totals_.received;
   }
 }
