@@ -6,7 +6,7 @@
 
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/turns/reception.hpp"
-#include "sim_ode/infrared_medium.hpp"
+#include "sim_ode/robot_infrared.hpp"
 
 namespace arkmesh::sim_ode {
 

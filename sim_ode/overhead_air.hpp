@@ -14,7 +14,7 @@
 #include "hal/types.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/turns/inbox.hpp"
-#include "sim_ode/infrared_medium.hpp"
+#include "sim_ode/robot_infrared.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/simulated_arena.hpp"
 

@@ -1,5 +1,5 @@
 // Times are microseconds of lab time. Light needs none: all robots in range hear a sender at once.
-#include "sim_ode/infrared_medium.hpp"
+#include "sim_ode/robot_infrared.hpp"
 
 #include <algorithm>
 #include <cmath>
