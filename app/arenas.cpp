@@ -39,6 +39,12 @@ void ArenaUse::fields(const hal::Section& arena) {
   arena.field("use", use, {.help = "what this lab's arena is", .one_of = names});
 }
 
+// What of simulated robots would change an experiment, if real ones did not have it.
+static void refuse_what_robots_cannot(const hal::Section& ode) {
+  if (!ode.place("infrared").empty() && ode.get("infrared", std::string()) != "robot")
+    ode.refuse("infrared", "is of simulated robots; real ones send by a robot's rules: remove it, or say \"robot\"");
+}
+
 const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
   const std::vector<hal::ArenaRow>& rows = arena_rows();
   const auto use = arena.read<ArenaUse>().use;
@@ -46,6 +52,7 @@ const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
   if (!chosen->make) arena.refuse("use", "needs cameras, and this program was built without OpenCV");
   for (const hal::ArenaRow& row : rows)
     if (std::ranges::find(chosen->sections, row.name) == chosen->sections.end()) arena.leave_alone(row.name);
+  if (chosen->robots == hal::ArenaRow::Robots::real) refuse_what_robots_cannot(arena.section("ode"));
   return *chosen;
 }
 

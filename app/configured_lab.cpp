@@ -148,6 +148,8 @@ void ConfiguredLab::open_run(std::shared_ptr<lab::WorldReader> worlds) {
   facts_ = lab::run_facts(run_config_, effective, robots_programs());
   facts_["files"] = config_.files();
   facts_["arena"] = {{"platform", arena_->info().platform}};
+  if (const std::string& platform = arena_->info().platform; platform.starts_with("ode"))
+    facts_["arena"]["infrared"] = platform.find("argos") == std::string::npos ? "robot" : "argos";
   if (python_) facts_["scenario_in_python"] = python_->facts();
   hal::Recorder::Options record = recorder_config_.options();
   if (worlds) record.flush_each = flush_each;

@@ -5,13 +5,14 @@
 #include <limits>
 
 #include "hal/config.hpp"
+#include "sim_ode/host/turns/distance_readings.hpp"
 
 namespace arkmesh::sim_ode {
 
 struct AirSettings {
   // overhead controller
   double overhead_loss_edge = std::numeric_limits<double>::quiet_NaN();  // as overhead_loss, in the arena's corners
-  double overhead_distance_m = 0.143;                                    // that robots measure to the controller
+  double overhead_distance_m = assumed_overhead_m;                       // that robots measure to the controller
   // robot infrared
   double ir_shadow = 0;          // share of the reach that each body between two robots takes
   double ir_bearing = 0;         // share by which the reach is longer at a robot's best side, shorter at the other
@@ -23,7 +24,7 @@ struct AirSettings {
     ode.field("overhead_loss_edge", overhead_loss_edge,
               {.range = {0, 1}, .help = "overhead_loss in the arena's corners", .default_is = "overhead_loss"});
     ode.field("overhead_distance_m", overhead_distance_m,
-              {{0, 0.143}, "m", "that robots measure to the overhead controller, whose messages come from above"});
+              {{0, assumed_overhead_m}, "m", "that robots measure to the overhead controller; assumed, ARGoS has 0"});
     ode.field("ir_shadow", ir_shadow, {{0, 1}, "", "share of the reach that each robot between two others takes"});
     ode.field("ir_bearing", ir_bearing,
               {{0, 0.5}, "", "share by which a robot's best side sends and hears farther, its other side less far"});

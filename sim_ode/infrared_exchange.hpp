@@ -6,7 +6,7 @@
 
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/turns/reception.hpp"
-#include "sim_ode/robot_infrared.hpp"
+#include "sim_ode/infrared_medium.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -21,10 +21,10 @@ void exchange_infrared(std::int64_t number, const ContactWorld& world, Host& hos
     if (const int soon = medium.soon(); soon >= 0) host.fetch_memory(soon);
     const Reply reply = host.send_turn(*outcome);
     if (!reply.message) continue;
-    if (outcome->free)
-      medium.send(*reply.message);
-    else
+    if (outcome->channel == Outcome::Channel::busy)
       medium.back_off(reply.back_off_us);
+    else
+      medium.send(*reply.message);
   }
   medium.end_tick(heard);
 }

@@ -29,9 +29,9 @@
 #include "sim_ode/host/programs/program_inputs.hpp"
 #include "sim_ode/host/robot_groups.hpp"
 #include "sim_ode/infrared_exchange.hpp"
+#include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/light_field.hpp"
 #include "sim_ode/overhead_air.hpp"
-#include "sim_ode/robot_infrared.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/simulated_arena.hpp"
 #include "sim_ode/start_places.hpp"
@@ -56,22 +56,19 @@ class OdeArena final : public SimulatedArena {
         light_(settings, config.robots, lab, seed),
         host_(std::move(groups), motors_, leds_, sensors(options.overhead != nullptr), lab, seed, options.ids,
               output_of(options)),
-        infrared_(settings, config.width_m, config.height_m, config.robots, lab, seed),
-        overhead_(settings_, info_, world_, infrared_, options.overhead, lab, seed, counters_) {
+        infrared_(make_infrared(settings, config.width_m, config.height_m, motors_.profiles(), lab, seed,
+                                world_.solids().empty() ? nullptr : &shadows_, options.overhead)),
+        overhead_(settings_, info_, world_, *infrared_, options.overhead, lab, seed, counters_) {
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
-    if (settings.leave_failed) host_.leave_failed_robots();
-    host_.hear_overhead_at(settings.air.overhead_distance_m);
-    std::vector<float> gains;
-    for (const RobotProfile& robot : motors_.profiles()) gains.push_back(static_cast<float>(robot.infrared_gain));
-    infrared_.set_gains(std::move(gains));
+    host_.visit([&](RobotHost& host) {
+      if (settings.leave_failed) host.leave_failed_robots();
+      if (overhead_.is_outside()) host.nothing_is_repeated();
+      host.hear_overhead_at(settings.air.overhead_distance_m);
+    });
     if (!world_.solids().empty()) {
       world_.solids().shade(shadows_);
-      infrared_.set_blockers(&shadows_);
       light_.set_blockers(&shadows_);
     }
-    if (!overhead_.is_outside()) return;
-    host_.nothing_is_repeated();
-    infrared_.listen_to(options.overhead);
   }
 
   const hal::ArenaInfo& info() const override { return info_; }
@@ -106,7 +103,7 @@ class OdeArena final : public SimulatedArena {
   hal::TimePoint next_service() const override { return pacer_ ? pacer_->next() : hal::TimePoint::max(); }
   std::string waiting_for() const override { return {}; }
   bool end() override {
-    host_.tell_of_idle_robots();
+    host_.visit([](const RobotHost& host) { host.tell_at_end(); });
     return true;
   }
   std::vector<hal::NotStanding> not_standing() const override { return {}; }
@@ -156,17 +153,18 @@ class OdeArena final : public SimulatedArena {
   std::uint64_t pages_written(int robot) const override { return host_.loader(robot).pages_written(); }
 
   const hal::Counters& counters() const override {
-    const InfraredMedium::Totals& air = infrared_.totals();
+    const InfraredMedium::Totals& air = infrared_->totals();
     const ContactWorld::Totals& world = world_.totals();
     counters_.set("infrared.sent", air.sent);
     counters_.set("infrared.received", air.received);
     counters_.set("infrared.refused.crc", air.bad_crc);
     counters_.set("infrared.refused.type", air.for_firmware);
-    const DeafPairs::Totals pairs = infrared_.pairs();
+    const DeafPairs::Totals pairs = infrared_->pairs();
     counters_.set("infrared.pairs.in_reach", pairs.in_reach);
     counters_.set("infrared.pairs.deaf", pairs.deaf);
     counters_.set("infrared.lost.spoiled", air.spoiled);
     counters_.set("infrared.lost.chance", air.lost);
+    if (air.crowded > 0) counters_.set("infrared.lost.crowded", air.crowded);
     counters_.set("infrared.backed_off", air.backed_off);
     if (host_.failed_robots() > 0) counters_.set("robots.failed", host_.failed_robots());
     if (host_.waited_robots() > 0) counters_.set("robots.waited", host_.waited_robots());
@@ -186,7 +184,7 @@ class OdeArena final : public SimulatedArena {
                                   const std::string& lab) {
     hal::ArenaInfo info{hal::kilobot::model_of(layout, hal::WholeMessages::to_each)};
     info.name = lab;
-    info.platform = "ode";
+    info.platform = settings.infrared == InfraredRules::argos ? "ode (infrared: argos)" : "ode";
     info.width_m = config.width_m;
     info.height_m = config.height_m;
     info.can_wait = config.pace == 0;
@@ -219,9 +217,10 @@ class OdeArena final : public SimulatedArena {
                   const auto i = static_cast<std::size_t>(robot);
                   return light_.reading(robot, world_.x()[i], world_.y()[i], world_.heading(robot));
                 },
-            .receiving = [this](int robot, std::int64_t at_us) { return infrared_.receiving(robot, at_us); },
+            .receiving = [this](int robot, std::int64_t at_us) { return infrared_->receiving(robot, at_us); },
             .voltage = std::move(voltage),
-            .say = std::move(say)};
+            .say = std::move(say),
+            .by_argos = settings_.infrared == InfraredRules::argos};
   }
 
   // Robots' turns, then their messages, then the motion up to the next tick: frames in between show part of that
@@ -234,7 +233,7 @@ class OdeArena final : public SimulatedArena {
       if (overhead_.is_outside()) overhead_.hear(clock_.now(), inbox_.overhead);
       host_.tick(ticks_, inbox_);
       inbox_.overhead.clear();
-      exchange_infrared(ticks_, world_, host_, infrared_, inbox_.infrared);
+      exchange_infrared(ticks_, world_, host_, *infrared_, inbox_.infrared);
     } catch (const ProgramFault& fault) {
       lost_ = fault.what();
       throw;
@@ -293,7 +292,7 @@ class OdeArena final : public SimulatedArena {
   Shadows shadows_;  // of obstacles and objects
   LightField light_;
   RobotGroups host_;
-  InfraredMedium infrared_;
+  std::unique_ptr<InfraredMedium> infrared_;
   OverheadAir overhead_;
   mutable std::vector<std::array<float, 3>> light_of_;
   std::optional<hal::Pacer> pacer_;  // none: can wait
@@ -379,6 +378,8 @@ std::unique_ptr<OdeArena> make(
   const SimulatedArenaOptions options = with_ids(arena, config.robots, settings, given);
 
   const hal::Section ode = arena.section("ode");
+  if (given.overhead && settings.infrared == InfraredRules::argos)
+    ode.refuse("infrared", "must be \"robot\" for emulated robots, whose controller sends light; remove it");
   const std::vector<GroupSettings> groups = groups_of(ode, settings, config.robots);
   const std::vector<hal::Pose> start = start_of(config, groups, settings.groups.size(), ode, furniture, lab, seed);
 

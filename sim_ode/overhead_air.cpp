@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
+
+#include "hal/platforms/kilobot/layout.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -22,19 +25,26 @@ void OverheadAir::send_composite(hal::LabTime now, std::int64_t tick_began_us,
   const auto outgoing = registers.next();
   if (!outgoing) return;
   infrared_.overhead_sends(now.count());
-  Inbox::Overhead& heard = inbox.emplace_back();
+  Inbox::Overhead heard;
   heard.at_us = static_cast<std::uint32_t>(now.count() - tick_began_us);
   heard.message = outgoing->message;
   // fleet commands are repeated until everybody has heard them
   if (loses() && heard.message.type <= 127) draw_missed(heard);
-  if (outgoing->only_to) hide_from_others(heard, *outgoing->only_to);
+  if (outgoing->only_to) hide_from_others(heard, {*outgoing->only_to});
+  if (settings_.infrared == InfraredRules::argos && outgoing->has_words) {  // others keep what they were told
+    std::vector<hal::RobotId> receivers;
+    for (std::size_t group = 0; group < hal::kilobot::groups; ++group)
+      receivers.push_back(hal::kilobot::word_in(heard.message, group, hal::kilobot::layout_of(info_)).robot);
+    hide_from_others(heard, receivers);
+  }
+  if (outgoing->is_command || !infrared_.repeats(heard)) inbox.push_back(std::move(heard));
 }
 
 // A controller cannot do that; other simulators can, and programs were written for them.
-void OverheadAir::hide_from_others(Inbox::Overhead& heard, hal::RobotId robot) const {
+void OverheadAir::hide_from_others(Inbox::Overhead& heard, const std::vector<hal::RobotId>& robots) const {
   heard.missed.resize(info_.robots.size());
   for (std::size_t i = 0; i < heard.missed.size(); ++i)
-    if (info_.robots[i] != robot) heard.missed[i] = 1;
+    if (std::ranges::find(robots, info_.robots[i]) == robots.end()) heard.missed[i] = 1;
 }
 
 // Rises with the square of the distance from the arena's centre, above which the controller hangs, to its corners.

@@ -14,7 +14,7 @@
 #include "hal/types.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/turns/inbox.hpp"
-#include "sim_ode/robot_infrared.hpp"
+#include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/simulated_arena.hpp"
 
@@ -42,7 +42,7 @@ class OverheadAir {
   bool loses() const { return settings_.overhead_loss > 0 || settings_.air.overhead_loss_edge > 0; }
   double loss(std::size_t robot) const;
   void draw_missed(Inbox::Overhead& heard);
-  void hide_from_others(Inbox::Overhead& heard, hal::RobotId robot) const;
+  void hide_from_others(Inbox::Overhead& heard, const std::vector<hal::RobotId>& robots) const;
 
   const Settings& settings_;
   const hal::ArenaInfo& info_;

@@ -19,22 +19,22 @@ constexpr double grid_slack_m = 0.005;
 
 }  // namespace
 
-InfraredMedium::InfraredMedium(const Settings& settings, double width_m, double height_m, int robots,
-                               const std::string& lab, std::uint64_t seed)
-    : settings_(settings),
+RobotInfrared::RobotInfrared(const Settings& settings, double width_m, double height_m, int robots,
+                             const std::string& lab, std::uint64_t seed)
+    : InfraredMedium(robots),
+      settings_(settings),
       grid_(width_m, height_m, std::max(0.02, settings.ir_range_m), robots),
       chance_(seed, lab + "/ode/infrared"),
-      reach_(settings, lab, seed),
-      pairs_(robots) {
+      reach_(settings, lab, seed) {
   ears_.resize(index(robots));
 }
 
-void InfraredMedium::overhead_sends(std::int64_t start_us) {
+void RobotInfrared::overhead_sends(std::int64_t start_us) {
   overhead_us_.push_back(start_us);
   if (overhead_us_.size() > 16) overhead_us_.pop_front();
 }
 
-bool InfraredMedium::overhead_on_air(std::int64_t from_us, std::int64_t to_us) const {
+bool RobotInfrared::overhead_on_air(std::int64_t from_us, std::int64_t to_us) const {
   if (source_) return source_->on_air(from_us, to_us);
   for (std::size_t k = overhead_us_.size(); k-- > 0;) {
     const std::int64_t begin = overhead_us_[k];
@@ -52,7 +52,7 @@ bool InfraredMedium::overhead_on_air(std::int64_t from_us, std::int64_t to_us) c
 
 // Few or many, they are nearly sorted by counting them into equal spans of time; what is left is put right by
 // insertion.
-void InfraredMedium::sort_attempts() {
+void RobotInfrared::sort_attempts() {
   const std::size_t count = attempts_.size();
   const auto span = [&](const Attempt& attempt) {
     return static_cast<std::size_t>(std::clamp<std::int64_t>(attempt.at_us - start_us_, 0, tick_us - 1)) * count /
@@ -72,7 +72,7 @@ void InfraredMedium::sort_attempts() {
   attempts_.swap(sorting_);
 }
 
-void InfraredMedium::forget_ended() {
+void RobotInfrared::forget_ended() {
   if (ended_ == 0) return;
   const std::size_t listeners = ended_ < on_air_.size() ? on_air_[ended_].first_listener : listeners_.size();
   on_air_.erase(on_air_.begin(), on_air_.begin() + static_cast<std::ptrdiff_t>(ended_));
@@ -82,7 +82,7 @@ void InfraredMedium::forget_ended() {
   ended_ = 0;
 }
 
-void InfraredMedium::begin_tick(std::int64_t number, const ContactWorld& world, std::span<const Offer> offers) {
+void RobotInfrared::begin_tick(std::int64_t number, const ContactWorld& world, std::span<const Offer> offers) {
   world_ = &world;
   start_us_ = number * tick_us;
   end_us_ = start_us_ + tick_us;
@@ -107,7 +107,7 @@ void InfraredMedium::begin_tick(std::int64_t number, const ContactWorld& world, 
 }
 
 // The earliest one, once all messages that end before it have been heard.
-std::optional<InfraredMedium::Attempt> InfraredMedium::take_attempt() {
+std::optional<RobotInfrared::Attempt> RobotInfrared::take_attempt() {
   const bool again_first = !again_.empty() && (attempt_ == attempts_.size() || attempts_[attempt_] > again_.front());
   const bool any = again_first || attempt_ < attempts_.size();
   const Attempt first = again_first ? again_.front() : any ? attempts_[attempt_] : Attempt{};
@@ -124,7 +124,7 @@ std::optional<InfraredMedium::Attempt> InfraredMedium::take_attempt() {
   return first;
 }
 
-std::optional<Outcome> InfraredMedium::next() {
+std::optional<Outcome> RobotInfrared::next() {
   while (const std::optional<Attempt> attempt = take_attempt()) {
     Ear& ear = ears_[index(attempt->robot)];
     ear.retry_us = -1;
@@ -132,12 +132,13 @@ std::optional<Outcome> InfraredMedium::next() {
     if (ear.decoding >= 0 || overhead_on_air(attempt->at_us, attempt->at_us + 1)) continue;
     now_ = *attempt;
     // light that it could not decode is sensed after its own first pulse
-    return Outcome{.robot = now_.robot, .free = ear.energy_until_us <= now_.at_us + sense_until_us};
+    const bool free = ear.energy_until_us <= now_.at_us + sense_until_us;
+    return Outcome{now_.robot, free ? Outcome::Channel::free : Outcome::Channel::busy};
   }
   return std::nullopt;
 }
 
-void InfraredMedium::back_off(std::uint32_t us) {
+void RobotInfrared::back_off(std::uint32_t us) {
   ++totals_.backed_off;
   const std::int64_t retry_us = now_.at_us + 1 + us;
   ears_[index(now_.robot)].retry_us = retry_us;
@@ -149,7 +150,7 @@ void InfraredMedium::back_off(std::uint32_t us) {
   }
 }
 
-void InfraredMedium::end_tick(std::vector<Reception>& heard) {
+void RobotInfrared::end_tick(std::vector<Reception>& heard) {
   // by robot; times are in order already
   heard.resize(unsorted_.size());
   if (unsorted_.empty()) return;
@@ -160,7 +161,7 @@ void InfraredMedium::end_tick(std::vector<Reception>& heard) {
 }
 
 // Senders follow each other in time, not in space: without this each one waits for memory several times.
-void InfraredMedium::fetch_ahead() const {
+void RobotInfrared::fetch_ahead() const {
   const std::size_t at = attempt_;
   const ContactWorld& world = *world_;
   const double reach = reach_.longest_m() + world.longest_path_m() - grid_path_m_;
@@ -180,7 +181,7 @@ void InfraredMedium::fetch_ahead() const {
   }
 }
 
-void InfraredMedium::send(const Message& message) {
+void RobotInfrared::send(const Message& message) {
   ++totals_.sent;
   const auto [at_us, robot] = now_;
   const ContactWorld& world = *world_;
@@ -224,7 +225,7 @@ void InfraredMedium::send(const Message& message) {
   on_air_.push_back({robot, at_us, end_us, good_crc, message, first_listener, listeners_.size() - first_listener});
 }
 
-void InfraredMedium::finish(const Sending& sending) {
+void RobotInfrared::finish(const Sending& sending) {
   const ContactWorld& world = *world_;
   const bool talked_over = overhead_on_air(sending.start_us, sending.end_us);
   const std::int64_t number = first_number_ + static_cast<std::int64_t>(ended_);

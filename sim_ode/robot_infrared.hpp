@@ -1,6 +1,5 @@
-// Robots' infrared: who sends when, who hears it, who disturbs whom. Works in time order within each tick, with the
-// message timing and carrier sense of the robots' firmware. Knows no programs: it takes offers and says what comes of
-// them.
+// infrared = "robot": who sends when, who hears it, who disturbs whom. Works in time order within each tick, with the
+// message timing and carrier sense of the robots' firmware.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +11,7 @@
 
 #include "hal/random.hpp"
 #include "sim_ode/contact_world.hpp"
-#include "sim_ode/deaf_pairs.hpp"
-#include "sim_ode/host/turns/reception.hpp"
-#include "sim_ode/host/turns/send_timer.hpp"
+#include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/infrared_reach.hpp"
 #include "sim_ode/neighbour_grid.hpp"
 #include "sim_ode/settings.hpp"
@@ -22,51 +19,30 @@
 
 namespace arkmesh::sim_ode {
 
-class InfraredMedium {
+class RobotInfrared final : public InfraredMedium {
  public:
-  InfraredMedium(const Settings& settings, double width_m, double height_m, int robots, const std::string& lab,
-                 std::uint64_t seed);
+  RobotInfrared(const Settings& settings, double width_m, double height_m, int robots, const std::string& lab,
+                std::uint64_t seed);
 
-  // The overhead controller sends from `start_us` on, over everything; it senses nothing.
-  void overhead_sends(std::int64_t start_us);
   // From now on that source says when the overhead controller's light shines. It outlives the medium.
   void listen_to(const OverheadSource* source) { source_ = source; }
   // From now on these shapes block infrared. They outlive the medium and stand still within a tick; null: none.
   void set_blockers(const Shadows* shadows) { reach_.set_blockers(shadows); }
-
   // Factors on how far each robot is heard; at the beginning, or all are 1.
   void set_gains(std::vector<float> gains) { reach_.set_gains(std::move(gains)); }
 
-  // Tick `number` begins: robots whose timers come in it. `world` stands still until the tick's end.
-  void begin_tick(std::int64_t number, const ContactWorld& world, std::span<const Offer> offers);
-  // What comes of the next offer, in time order; nothing when the tick is over. The robot's reply is due before the
-  // next call: send(), back_off() or nothing.
-  std::optional<Outcome> next();
-  // The robot of the last outcome sends. Its channel was free.
-  void send(const Message& message);
-  // It tries again after so long, perhaps in a later tick; its channel was not free.
-  void back_off(std::uint32_t us);
-  // The robot whose turn to reply comes a little later, so that its memory can be fetched; -1.
-  int soon() const { return attempt_ + 4 < attempts_.size() ? attempts_[attempt_ + 4].robot : -1; }
-  // After the last outcome: what robots received in this tick. Ascending by robot, then in time order.
-  void end_tick(std::vector<Reception>& heard);
-
-  // Whether a message arrives at a robot at this time, at or after the end of the last tick that ran.
-  bool receiving(int robot, std::int64_t at_us) const {
+  void overhead_sends(std::int64_t start_us) override;
+  bool repeats(const Inbox::Overhead&) override { return false; }
+  void begin_tick(std::int64_t number, const ContactWorld& world, std::span<const Offer> offers) override;
+  std::optional<Outcome> next() override;
+  void send(const Message& message) override;
+  void back_off(std::uint32_t us) override;
+  int soon() const override { return attempt_ + 4 < attempts_.size() ? attempts_[attempt_ + 4].robot : -1; }
+  void end_tick(std::vector<Reception>& heard) override;
+  bool receiving(int robot, std::int64_t at_us) const override {
     return (ears_[index(robot)].decoding >= 0 && ears_[index(robot)].energy_until_us > at_us) ||
            overhead_on_air(at_us, at_us + 1);
   }
-
-  struct Totals {
-    std::uint64_t sent = 0, received = 0;
-    std::uint64_t bad_crc = 0;       // messages sent with a wrong checksum: nobody hears them
-    std::uint64_t for_firmware = 0;  // messages sent of types above 127, which no program hears
-    std::uint64_t spoiled = 0;       // receptions lost to another sender
-    std::uint64_t lost = 0;          // receptions lost by chance
-    std::uint64_t backed_off = 0;    // attempts put off because somebody else's light was sensed
-  };
-  const Totals& totals() const { return totals_; }
-  DeafPairs::Totals pairs() const { return pairs_.totals(); }
 
  private:
   struct Sending {
@@ -120,11 +96,9 @@ class InfraredMedium {
   std::vector<std::uint32_t> counting_;
   std::vector<int> retrying_;
   const OverheadSource* source_ = nullptr;  // none: the arena's own composites
-  DeafPairs pairs_;
-  std::deque<std::int64_t> overhead_us_;  // starts of the controller's latest packets
-  std::vector<Reception> unsorted_;       // of this tick
+  std::deque<std::int64_t> overhead_us_;    // starts of the controller's latest packets
+  std::vector<Reception> unsorted_;         // of this tick
   std::vector<std::uint32_t> first_of_;
-  Totals totals_;
 };
 
 }  // namespace arkmesh::sim_ode

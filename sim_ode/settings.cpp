@@ -114,6 +114,12 @@ void Settings::fields(const hal::Section& ode) {
             {{0, 0.025}, "", "the time between two messages of a robot is off by up to this share, each time anew"});
   ode.field("composite_s", composite, {{0.005, 60}, "s", "time between two composites of the overhead controller"});
   ode.field("overhead_loss", overhead_loss, {{0, 1}, "", "probability that a robot misses a composite"});
+  ode.field("infrared", infrared,
+            {.help = "whose rules robots' messages obey: a robot's, or those of ARGoS's plug-in for Kilobots",
+             .one_of = {"robot", "argos"}});
+  ode.field("argos_tick_s", argos_tick, {{0.001, 1}, "s", "a tick of ARGoS, 1 / ticks_per_second"});
+  ode.field("argos_ignore_conflicts", argos_ignore_conflicts,
+            {.help = "ARGoS's ignore_conflicts: all robots that send in one tick succeed"});
   ode.field("ir_range_m", ir_range_m, {{0, 1}, "m", "how far robots' infrared reaches"});
   ode.field("ir_loss", ir_loss, {{0, 1}, "", "probability that a message in range is not received"});
   ode.field("ir_gain_spread", ir_gain_spread, {{0, 0.5}, "", "s.d. of each sender's factor on its reach"});
@@ -128,6 +134,14 @@ void Settings::check(const hal::Section& ode) {
   check_macros(ode, controller);
   if (std::ranges::adjacent_find(ids, std::greater_equal()) != ids.end())
     ode.refuse("ids", "must be ascending, each id once");
+  if (infrared == InfraredRules::argos) {
+    for (const char* key :
+         {"send_spread", "overhead_distance_m", "ir_gain_spread", "ir_range_spread_m", "ir_loss_per_m", "ir_noise_m",
+          "ir_shadow", "ir_bearing", "ir_noise_per_m", "ir_flat_m", "ir_reading_spread"})
+      if (!ode.place(key).empty())
+        ode.refuse(key, "is of infrared = \"robot\": ARGoS has no such thing; remove it, or infrared = \"argos\"");
+    ir_gain_spread = 0;
+  }
   StartSettings::check(ode);
   for (std::size_t i = 0; i < groups.size(); ++i) {
     const hal::Section keys = ode.section("group", static_cast<int>(i));

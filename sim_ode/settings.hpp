@@ -32,6 +32,9 @@ struct PresetKey {
   void fields(const hal::Section& ode);
 };
 
+// Whose rules robots' messages to each other obey.
+enum class InfraredRules : std::uint8_t { robot, argos };
+
 // Robots with ids in a row that run a program of their own, and start in a region of their own.
 struct GroupSettings : StartSettings {
   int robots = 1;
@@ -59,6 +62,9 @@ struct Settings : PresetKey, DriveSettings, BatterySettings, StartSettings {
   hal::LabTime composite{55'000};
   double overhead_loss = 0;  // probability that a robot misses a composite
   // robot infrared
+  InfraredRules infrared = InfraredRules::robot;
+  hal::LabTime argos_tick{100'000};     // length of ARGoS's tick
+  bool argos_ignore_conflicts = false;  // all that try in a tick succeed
   double ir_range_m = 0.1;
   double ir_loss = 0;            // probability that a message in range is not received
   double ir_range_spread_m = 0;  // s.d. of the reach between pairs of robots

@@ -23,6 +23,7 @@ struct RobotSensors {
   std::function<double(int robot)> voltage;
   // What it says to its lab. Empty: nobody hears.
   std::function<void(int robot, std::uint8_t kind, std::int32_t value)> say;
+  bool by_argos = false;  // what their receivers measure, and which types they pass on: infrared = "argos"
 };
 
 class RobotBodies {
@@ -64,6 +65,7 @@ class RobotBodies {
     if (sensors_.say) sensors_.say(number(robot), kind, value);
     return sensors_.say != nullptr;
   }
+  bool by_argos() const { return sensors_.by_argos; }
   std::int16_t voltage(int robot) const;
   std::int16_t temperature(int robot) const { return temperature_[index(robot)]; }
   std::uint8_t random_byte(int robot) { return static_cast<std::uint8_t>(hard_random_[index(robot)].next()); }

@@ -27,22 +27,6 @@ const RobotGroups::Part& RobotGroups::of(int robot) const {
   return *std::prev(std::ranges::upper_bound(parts_.begin() + 1, parts_.end(), robot, {}, &Part::first));
 }
 
-void RobotGroups::leave_failed_robots() {
-  for (Part& part : parts_) part.host->leave_failed_robots();
-}
-
-void RobotGroups::nothing_is_repeated() {
-  for (Part& part : parts_) part.host->nothing_is_repeated();
-}
-
-void RobotGroups::hear_overhead_at(double distance_m) {
-  for (Part& part : parts_) part.host->hear_overhead_at(distance_m);
-}
-
-void RobotGroups::tell_of_idle_robots() const {
-  for (const Part& part : parts_) part.host->tell_of_idle_robots();
-}
-
 void RobotGroups::select(const Inbox& all, Part& part) {
   part.inbox.overhead = all.overhead;
   for (Inbox::Overhead& heard : part.inbox.overhead)

@@ -23,20 +23,21 @@ class RobotGroups {
   RobotGroups(std::vector<Group> groups, Motors& motors, LedLights& leds, const RobotSensors& sensors,
               const std::string& lab, std::uint64_t seed, const std::vector<std::uint16_t>& ids, RobotOutput output);
 
+  // Calls visit(host) for that of each group.
+  template <class Visit>
+  void visit(Visit&& visit) {
+    for (Part& part : parts_) visit(*part.host);
+  }
   // Each as RobotHost's.
-  void leave_failed_robots();
   std::uint64_t failed_robots() const { return sum(&RobotHost::failed_robots); }
   std::uint64_t waited_robots() const { return sum(&RobotHost::waited_robots); }
   std::uint64_t heap_misuse() const { return sum(&RobotHost::heap_misuse); }
-  void tell_of_idle_robots() const;
   void tick(std::int64_t number, const Inbox& inbox);
   std::span<const Offer> offers() const { return parts_.size() == 1 ? parts_[0].host->offers() : offers_; }
   Reply send_turn(Outcome outcome);
   void fetch_memory(int robot) const { of(robot).host->fetch_memory(robot - of(robot).first); }
   void set_power(int robot, bool on) { of(robot).host->set_power(robot - of(robot).first, on); }
   bool powered(int robot) const { return of(robot).host->powered(robot - of(robot).first); }
-  void nothing_is_repeated();
-  void hear_overhead_at(double distance_m);
   std::uint16_t id_of(int robot) const { return of(robot).host->id_of(robot - of(robot).first); }
   const BootLoader& loader(int robot) const { return of(robot).host->loader(robot - of(robot).first); }
   FaultGuard& guard() { return parts_[0].host->guard(); }

@@ -16,7 +16,7 @@ namespace {
 // Lab time without anything to be seen of a program that waits, after which it is told, and how often that is looked
 // for.
 constexpr std::int64_t idle_told_us = 5'000'000, idle_check_ticks = 16;
-constexpr std::int64_t idle_run_us = 30'000'000;  // a shorter run says nothing of robots that did nothing
+constexpr std::int64_t idle_run_us = 10'000'000;  // a shorter run says nothing of robots that did nothing
 
 std::vector<RobotClock> make_clocks(const std::vector<RobotProfile>& profiles, const std::string& lab,
                                     std::uint64_t seed, int first, int robots) {
@@ -59,7 +59,8 @@ RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Mo
       memory_(program_->abi().begin, program_->first_memory(), robots),
       turns_(program_->abi(), memory_, heaps_, files_, bodies_, *guard_,
              make_clocks(motors.profiles(), lab, seed, first, robots),
-             make_timers(motors.profiles(), lab, seed, first, robots), clocks_differ(motors.profiles()), output.text) {
+             make_timers(motors.profiles(), lab, seed, first, robots), clocks_differ(motors.profiles()), output.text),
+      robots_(robots) {
   hal::RandomStream boot(seed, lab + "/ode/boot");
   const FaultGuard::Watch watch(*guard_);
   for (int i = -first; i < robots; ++i) {
@@ -126,14 +127,22 @@ void RobotHost::tell_of_idle_waits() {
       first.from ? program_->place_of(first.from) : "", program_->source().string(), others);
 }
 
-void RobotHost::tell_of_idle_robots() const {
+void RobotHost::tell_at_end() const {
   const std::size_t idle = turns_.idle_robots();
   const std::int64_t lasted_us = turns_.tick() * tick_us;
-  if (idle == 0 || lasted_us < idle_run_us) return;
-  spdlog::warn(
-      "{} neither drove, nor sent, nor lit the LED in {:.0f} s; usual causes: the program counts calls of loop "
-      "(loops_per_tick), waits for a message that never came, or is for other ids (ids) ({})",
-      hal::counted(idle, "robot"), static_cast<double>(lasted_us) * 1e-6, program_->source().string());
+  const std::string source = program_->source().string();
+  if (idle > 0 && lasted_us >= idle_run_us)
+    spdlog::warn(
+        "{} of {}, ids {} to {}, neither drove, nor sent, nor changed the LED after setup in {:.0f} s; usual causes: "
+        "the program counts calls of loop (loops_per_tick), waits for a message that never came, or is for other ids "
+        "(ids) ({})",
+        idle, hal::counted(robots_, "robot"), id_of(0), id_of(robots_ - 1), static_cast<double>(lasted_us) * 1e-6,
+        source);
+  if (turns_.measures_overhead() && overhead_is_assumed_)
+    spdlog::warn(
+        "the program asks how far away the overhead controller is: by assumption {:.0f} mm, in ARGoS 0; "
+        "arena.ode.overhead_distance_m sets it ({})",
+        assumed_overhead_m * 1000, source);
 }
 
 // No fault: on a robot nothing would be seen, and it is the robot's own memory. Each place is told once.

@@ -68,13 +68,16 @@ class RobotHost {
   // As Turns::nothing_is_repeated().
   void nothing_is_repeated() { turns_.nothing_is_repeated(); }
   // As Turns::hear_overhead_at().
-  void hear_overhead_at(double distance_m) { turns_.hear_overhead_at(distance_m); }
+  void hear_overhead_at(double distance_m) {
+    overhead_is_assumed_ = distance_m == assumed_overhead_m;
+    turns_.hear_overhead_at(distance_m);
+  }
   // As in the robot's EEPROM.
   std::uint16_t id_of(int robot) const;
   const BootLoader& loader(int robot) const { return turns_.loader(robot); }
 
-  // At the end of a run: says how many robots did nothing that could be seen, if any.
-  void tell_of_idle_robots() const;
+  // At the end of a run: says how many robots did nothing that could be seen, and what rests on an assumption, if any.
+  void tell_at_end() const;
 
   FaultGuard& guard() { return *guard_; }
 
@@ -98,7 +101,8 @@ class RobotHost {
   RobotFiles files_;
   RobotMemory memory_;
   Turns turns_;
-  bool leave_failed_ = false;
+  int robots_;
+  bool leave_failed_ = false, overhead_is_assumed_ = false;
   std::set<int> waited_;
   int told_of_idle_ = 0;  // times
   std::uint64_t failed_robots_ = 0, heap_misuse_ = 0;

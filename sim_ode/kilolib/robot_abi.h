@@ -81,6 +81,7 @@ struct arkmesh_program {
   void (**tx_success)(void);
   void* rx_message;      // 12 bytes: data, type, crc
   int16_t* rx_distance;  // low gain, high gain
+  uint8_t* measured;     // estimate_distance() was called
   volatile uint32_t* ticks;
   uint32_t* reads;  // of the clock or a sensor since the program last got time
   uint32_t*

@@ -24,6 +24,7 @@
 #include "sim_ode/host/robot_host.hpp"
 #include "sim_ode/infrared_exchange.hpp"
 #include "sim_ode/ode_arena.hpp"
+#include "sim_ode/robot_infrared.hpp"
 #include "sim_ode/start_places.hpp"
 #include "tests/bench/bare_swarm.hpp"
 #include "tests/bench/textbook_swarm.hpp"
@@ -142,7 +143,7 @@ void parts(benchmark::State& state, Size size) {
     LedLights leds;
     ContactWorld world;
     RobotHost host;
-    InfraredMedium medium;
+    RobotInfrared medium;
     Inbox inbox;
     std::int64_t tick = 0;
     std::array<double, 5> taken_s{};  // by part

@@ -83,6 +83,29 @@ TEST_CASE("wrong configuration is said in one sentence that names the key, with 
   }
 }
 
+TEST_CASE("a lab with real robots refuses what only simulated ones have; one without says whose rules it has") {
+  // Proves that no experiment becomes another one when it comes to a testbed.
+  for (const char* set : {"arena.ode.infrared=\"argos\""})
+    for (const char* use : {"arena.use=kilobot", "arena.use=emulated"}) {
+      const Said said = run_with(set, {"--set", use});
+      CAPTURE(said.text);
+      CHECK(said.code == 2);
+      CHECK(one_sentence(said.text));
+      CHECK(said.text.find(std::string(set).substr(0, 13)) != std::string::npos);
+      CHECK(said.text.find("remove it") != std::string::npos);
+    }
+  const tests::TemporaryFolder folder;
+  for (const std::string rules : {"robot", "argos"}) {
+    const auto out = folder.path() / rules;
+    REQUIRE(say({"run", lab_file("shark"), "--set", "run.duration_s=4", "--set", "arena.ode.infrared=" + rules, "--out",
+                 out.string()})
+                .code == 0);
+    std::ifstream result(out / "shark" / "result.json");
+    const std::string text{std::istreambuf_iterator<char>(result), {}};
+    CHECK(text.find("\"infrared\": \"" + rules + "\"") != std::string::npos);
+  }
+}
+
 TEST_CASE("a wrong key in a file is named with file and line") {
   // Proves that the sentence says where to look.
   const tests::TemporaryFolder folder;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "sim_ode/infrared_reach.hpp"
 #include "tests/sim_ode/standing_robots.hpp"
 
 namespace arkmesh::sim_ode {

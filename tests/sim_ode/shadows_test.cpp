@@ -68,8 +68,7 @@ TEST_CASE("a lamp behind a shape") {
 TEST_CASE("infrared behind a wall") {
   // A wall between two robots ends their talk; those on one side of it hear each other.
   const Shadows wall{{Blocker::polygon({{-0.001, -0.05}, {0.001, -0.05}, {0.001, 0.05}, {-0.001, 0.05}})}};
-  Standing robots({{-0.03, 0, 0}, {0.03, 0, 0}, {0.03, 0.06, 0}});
-  robots.medium.set_blockers(&wall);
+  Standing robots({{-0.03, 0, 0}, {0.03, 0, 0}, {0.03, 0.06, 0}}, {}, 1, "chatter.c", &wall);
   for (int k = 0; k < 200; ++k) robots.step();
   CHECK(robots.heard(0, 1) == 0);
   CHECK(robots.heard(1, 0) == 0);

@@ -13,13 +13,15 @@ namespace arkmesh::sim_ode {
 // Standing robots that all send all the time, with every part within reach.
 struct Standing {
   Standing(const std::vector<hal::Pose>& places, Settings with = {}, std::uint64_t seed = 1,
-           const char* program = "chatter.c")
+           const char* program = "chatter.c", const Shadows* shapes = nullptr)
       : settings(with),
         motors(settings, static_cast<int>(places.size()), "shark", seed),
         leds(static_cast<int>(places.size())),
         world(2, 2, {}, seed, places),
-        host(RobotProgram::load(controller(program)), static_cast<int>(places.size()), motors, leds, {}, "shark", seed),
-        medium(settings, 2, 2, static_cast<int>(places.size()), "shark", seed),
+        host(RobotProgram::load(controller(program)), static_cast<int>(places.size()), motors, leds,
+             {.by_argos = with.infrared == InfraredRules::argos}, "shark", seed),
+        made(make_infrared(settings, 2, 2, motors.profiles(), "shark", seed, shapes)),
+        medium(*made),
         heard_by(places.size() * places.size()) {
     Message run;
     run.type = type_run;
@@ -41,7 +43,8 @@ struct Standing {
   LedLights leds;
   ContactWorld world;
   RobotHost host;
-  InfraredMedium medium;
+  std::unique_ptr<InfraredMedium> made;
+  InfraredMedium& medium;
   Inbox inbox;
   std::vector<int> heard_by;
   std::int64_t tick = 0;

@@ -47,7 +47,7 @@ MessageRegisters::Register MessageRegisters::take(hal::RobotId receiver, Waiting
 }
 
 std::optional<MessageRegisters::Outgoing> MessageRegisters::next() {
-  if (!commands_.empty()) return Outgoing{fleet_message(commands_.take())};
+  if (!commands_.empty()) return Outgoing{.message = fleet_message(commands_.take()), .is_command = true};
   if (waiting_.empty()) return std::nullopt;
 
   auto at = waiting_.lower_bound(next_receiver_);

@@ -38,6 +38,7 @@ class MessageRegisters final : public hal::RobotLink {
     Message message;
     bool has_words = false;                 // to single robots, in groups
     std::optional<hal::RobotId> only_to{};  // whom it is for, of a whole message to one robot
+    bool is_command = false;                // to the fleet
   };
   // What goes on the air now; nothing when nothing waits. Receivers take turns: who is passed over, because a whole
   // message does not fit beside words, is the next.

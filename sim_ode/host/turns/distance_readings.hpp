@@ -13,6 +13,9 @@ inline constexpr std::array<std::uint16_t, 14> high_gain_table = {1000, 930, 860
 inline constexpr std::array<std::uint16_t, 14> low_gain_table = {900, 640, 500, 400, 330, 275, 232,
                                                                  198, 170, 147, 128, 112, 98,  86};
 
+// What robots measure of the overhead controller, until a source says.
+inline constexpr double assumed_overhead_m = 0.143;
+
 struct DistanceReadings {
   std::int16_t low_gain, high_gain;
 };

@@ -56,7 +56,8 @@ void RobotServices::motors(std::uint8_t left, std::uint8_t right) {
   turns().bodies_.drive(turns().robot_, left, right, turns().cursor_us_);
 }
 void RobotServices::colour(std::uint8_t colour) {
-  if (turns().bodies_.colour(turns().robot_) != colour) turns().acts(colour > 0);
+  const std::uint8_t before = turns().bodies_.colour(turns().robot_);
+  if (before != colour) turns().acts(before > 0 || turns().has_setup());
   turns().bodies_.show(turns().robot_, colour, turns().cursor_us_);
 }
 std::int16_t RobotServices::light() {

@@ -42,19 +42,22 @@ class SendTimer {
 // A robot would send when its timer comes.
 struct Offer {
   int robot;
-  std::int64_t at_us;  // after the start of the present tick
+  std::int64_t at_us;        // after the start of the present tick
+  std::uint16_t period = 0;  // kilo_tx_period
 };
 
 // What its moment brings. A robot that receives a message then gets none: it is not interrupted.
 struct Outcome {
   int robot;
-  bool free;  // what it sends goes out undisturbed; otherwise it senses somebody else's light and backs off
+  // What it sends goes out undisturbed; it senses somebody else's light and backs off. With infrared = "argos": what it
+  // says waits until it can go; that has gone.
+  enum class Channel : std::uint8_t { free, busy, waits, gone } channel;
 };
 
 // What the robot does about it.
 struct Reply {
   std::optional<Message> message;  // nothing: it has nothing to send
-  std::uint32_t back_off_us = 0;   // of one that was not free: until it tries again
+  std::uint32_t back_off_us = 0;   // of one that was busy: until it tries again
 };
 
 }  // namespace arkmesh::sim_ode

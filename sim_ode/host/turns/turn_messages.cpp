@@ -32,7 +32,9 @@ bool Turns::deliver_next() {
 
   const Message* message;
   DistanceReadings readings = overhead_;
-  if (infrared && (!overhead || inbox_->infrared[next_infrared_].at_us < inbox_->overhead[next_overhead_].at_us)) {
+  const bool from_robot =
+      infrared && (!overhead || inbox_->infrared[next_infrared_].at_us < inbox_->overhead[next_overhead_].at_us);
+  if (from_robot) {
     const Reception& reception = inbox_->infrared[next_infrared_++];
     message = &reception.message;
     readings = {reception.low_gain, reception.high_gain};
@@ -44,10 +46,13 @@ bool Turns::deliver_next() {
   std::memcpy(abi_.rx_message, message, sizeof *message);
   abi_.rx_distance[0] = readings.low_gain;
   abi_.rx_distance[1] = readings.high_gain;
-  if (message->type > 127 || firmware.state() == Firmware::State::loader) {
+  const bool is_command = message->type > 127 && !(from_robot && bodies_.by_argos());
+  if (is_command || firmware.state() == Firmware::State::loader) {
     hear(*message);
   } else if (*abi_.rx) {
+    if (!from_robot) *abi_.measured = 0;
     call_back([this] { (*abi_.rx)(abi_.rx_message, abi_.rx_distance); });
+    if (!from_robot && *abi_.measured) measures_overhead_ = true;
     firmware.callback_ran();
   }
   return true;
@@ -80,13 +85,14 @@ Fault Turns::send(const Outcome& outcome, Reply& reply) {
 
 // As in the robot's timer interrupt: the message, then what the library does about the channel.
 void Turns::ask_for_message() {
+  using enum Outcome::Channel;
   call_back([this] {
-    const void* const message = *abi_.tx ? (*abi_.tx)() : nullptr;
-    if (!message) return;
-    std::memcpy(&reply_->message.emplace(), message, sizeof(Message));
-    if (!outcome_.free) {
-      reply_->back_off_us = abi_.back_off() * timer_count_us;
-      return;
+    if (outcome_.channel != gone) {
+      const void* const message = *abi_.tx ? (*abi_.tx)() : nullptr;
+      if (!message) return;
+      std::memcpy(&reply_->message.emplace(), message, sizeof(Message));
+      if (outcome_.channel == busy) reply_->back_off_us = abi_.back_off() * timer_count_us;
+      if (outcome_.channel != free) return;
     }
     if (*abi_.tx_success) (*abi_.tx_success)();
     Firmware& firmware = cells_[index(robot_)].firmware;

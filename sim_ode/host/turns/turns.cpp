@@ -60,6 +60,10 @@ Fault Turns::boot(int robot) {
   write_values(bodies_.values(robot));
   std::copy(high_gain_table.begin(), high_gain_table.end(), abi_.irhigh);
   std::copy(low_gain_table.begin(), low_gain_table.end(), abi_.irlow);
+  if (bodies_.by_argos()) {  // readings are millimetres, which a table of zeros says; a period is, too
+    std::fill_n(abi_.irlow, low_gain_table.size(), std::uint16_t{0});
+    *abi_.tx_period = 100;
+  }
   cells_[index(robot)] = {};
   bodies_.stop(robot);
   robot_ = robot;
@@ -163,8 +167,8 @@ void Turns::worker() {
   if (!cell.context) main_loop(cell);
   cell.firmware.count(beats_);
   const bool talks = *abi_.tx && *abi_.tx != abi_.no_tx;
-  if (beats_ > 0 && talks && cell.firmware.due(*abi_.tx_period))
-    offers_.push_back({robot_, timers_[i].at_us(clocks_[i].at_us)});
+  if (beats_ > 0 && talks && (bodies_.by_argos() ? cell.firmware.talks() : cell.firmware.due(*abi_.tx_period)))
+    offers_.push_back({robot_, timers_[i].at_us(clocks_[i].at_us), *abi_.tx_period});
   memory_.copy_out(robot_);
 }
 

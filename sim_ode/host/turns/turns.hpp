@@ -65,7 +65,9 @@ class Turns {
   // repeated until everybody has heard it.
   void nothing_is_repeated() { repeats_ = false; }
   // What robots measure of the overhead controller's light from now on.
-  void hear_overhead_at(double distance_m) { overhead_ = readings_at(distance_m); }
+  void hear_overhead_at(double distance_m) {
+    overhead_ = bodies_.by_argos() ? DistanceReadings{0, 0} : readings_at(distance_m);
+  }
   void call_loop(int times_per_tick) { loops_per_tick_ = times_per_tick; }
 
   // A program that waits in a call of `loop` that has lasted for long.
@@ -74,7 +76,9 @@ class Turns {
     std::int64_t since_us = 0;   // lab time since when it has done nothing: neither returned nor set motors or LED
     const void* from = nullptr;  // where it waits; null: not known
   };
-  // How many robots have neither driven, nor sent, nor lit their LED since the beginning.
+  // A program asked for the distance of what it heard of the overhead controller.
+  bool measures_overhead() const { return measures_overhead_; }
+  // How many robots have neither driven, nor sent, nor changed their LED once they were set up.
   std::size_t idle_robots() const { return static_cast<std::size_t>(std::ranges::count(acted_, char{0})); }
   // Those that have done nothing for so long, ascending by robot. Between walks.
   std::vector<Wait> idle_waits(std::int64_t least_us) const;
@@ -126,6 +130,7 @@ class Turns {
   // What programs ask for.
   void wait(std::int64_t us, const void* from);
   void acts(bool seen);
+  bool has_setup() const { return cells_[index(robot_)].firmware.has_setup(); }
   void busy_at(const void* from, bool wakeable);
   void wait_for_tick(const void* from);
   void busy_in_callback(const void* from);
@@ -142,11 +147,11 @@ class Turns {
   int count_;
   std::vector<Cell> cells_;
   std::vector<Wait> waits_;
-  std::vector<char> acted_;  // since the beginning
+  std::vector<char> acted_;
   std::vector<BootLoader> loaders_;
   std::vector<RobotClock> clocks_;
   std::vector<SendTimer> timers_;
-  bool clocks_differ_, repeats_ = true;
+  bool clocks_differ_, repeats_ = true, measures_overhead_ = false;
   DistanceReadings overhead_{};
   std::vector<Offer> offers_;
   std::vector<int> resets_;

@@ -129,7 +129,7 @@ class TableRobot {
     if (heard) inbox.overhead.push_back({.message = *heard, .missed = {}});
     host_.tick(++tick_, inbox);
     for (std::size_t i = 0; i < host_.offers().size(); ++i)
-      if (const Reply reply = host_.send_turn({.robot = 0, .free = true}); reply.message)
+      if (const Reply reply = host_.send_turn({.robot = 0, .channel = Outcome::Channel::free}); reply.message)
         setups_ = reply.message->data[0];
     for (const Motors::Change& change : motors_.end_tick()) now_ = change.velocity;
     leds_.end_tick();

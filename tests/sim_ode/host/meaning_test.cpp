@@ -1,37 +1,18 @@
 // A program means here what it means on a robot: its types, its memory, its files.
 #include <doctest/doctest.h>
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
 
 #include <cstdlib>
 #include <fstream>
-#include <memory>
-#include <sstream>
 
 #include "sim_ode/controller_swarm.hpp"
 #include "sim_ode/host/programs/controller_check.hpp"
 #include "sim_ode/host/programs/robot_types.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
+#include "tests/sim_ode/heard_warnings.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
-
-// What is warned of meanwhile.
-class Heard {
- public:
-  Heard() : before_(spdlog::default_logger()) {
-    spdlog::set_default_logger(
-        std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(said_)));
-  }
-  ~Heard() { spdlog::set_default_logger(before_); }
-  bool says(const std::string& words) const { return said_.str().find(words) != std::string::npos; }
-  std::string text() const { return said_.str(); }
-
- private:
-  std::ostringstream said_;
-  std::shared_ptr<spdlog::logger> before_;
-};
 
 struct Ran {
   std::vector<hal::Led> leds;
@@ -232,9 +213,11 @@ TEST_CASE("a run says how many robots did nothing") {
   options.program = ProgramSources(controller("id.c"));
   options.robots = 2;
   ControllerSwarm swarm(options);
-  swarm.run_until(seconds(31), [](const hal::PoseFrame&) {});
+  swarm.run_until(seconds(11), [](const hal::PoseFrame&) {});
   swarm.arena().end();
-  CHECK_MESSAGE(heard.says("2 robots neither drove, nor sent, nor lit the LED in 31 s"), heard.text());
+  CHECK_MESSAGE(
+      heard.says("2 of 2 robots, ids 0 to 1, neither drove, nor sent, nor changed the LED after setup in 11 s"),
+      heard.text());
 }
 
 TEST_CASE("what run refuses, check refuses, too") {

@@ -19,7 +19,7 @@ struct alignas(64) TurnVariables {
   std::uint32_t ticks, reads, blocks;
   std::int16_t distance[2];
   std::uint16_t uid, tx_period, irhigh[14], irlow[14];
-  std::uint8_t turn_left, turn_right, straight_left, straight_right;
+  std::uint8_t turn_left, turn_right, straight_left, straight_right, measured;
   Message heard;
   std::uint32_t setups, loops, received, asked, sent, wait_us;
 };
@@ -74,6 +74,7 @@ struct Robots {
         .tx_success = &now.tx_success,
         .rx_message = &now.heard,
         .rx_distance = now.distance,
+        .measured = &now.measured,
         .ticks = &now.ticks,
         .reads = &now.reads,
         .blocks = &now.blocks,
@@ -173,14 +174,14 @@ TEST_CASE("turns: sending") {
   CHECK(one.tick == 16);
   CHECK(one.of(0, now.asked) == 0);  // nobody is asked before its moment
   Reply reply;
-  CHECK(one.turns.send({.robot = 0, .free = false}, reply).kind == Fault::Kind::none);
+  CHECK(one.turns.send({.robot = 0, .channel = Outcome::Channel::busy}, reply).kind == Fault::Kind::none);
   CHECK(reply.message);
   CHECK(reply.back_off_us == 3 * 128);
   CHECK(one.of(0, now.sent) == 0);
   one.walk();
   CHECK(one.turns.offers().size() == 1);
   reply = {};
-  CHECK(one.turns.send({.robot = 0, .free = true}, reply).kind == Fault::Kind::none);
+  CHECK(one.turns.send({.robot = 0, .channel = Outcome::Channel::free}, reply).kind == Fault::Kind::none);
   CHECK(reply.message);
   CHECK(one.of(0, now.asked) == 2);
   CHECK(one.of(0, now.sent) == 1);
@@ -189,7 +190,7 @@ TEST_CASE("turns: sending") {
   // not while it is paused
   one.command(type_wakeup);
   reply = {};
-  CHECK(one.turns.send({.robot = 0, .free = true}, reply).kind == Fault::Kind::none);
+  CHECK(one.turns.send({.robot = 0, .channel = Outcome::Channel::free}, reply).kind == Fault::Kind::none);
   CHECK_FALSE(reply.message);
   CHECK(one.of(0, now.asked) == 2);
 }
@@ -200,7 +201,7 @@ TEST_CASE("turns: silent since it backed off") {
   one.command(type_run);
   one.memory.write<void* (*)()>(0, &now.tx, nullptr);
   Reply reply;
-  CHECK(one.turns.send({.robot = 0, .free = true}, reply).kind == Fault::Kind::none);
+  CHECK(one.turns.send({.robot = 0, .channel = Outcome::Channel::free}, reply).kind == Fault::Kind::none);
   CHECK_FALSE(reply.message);
 }
 
