@@ -41,6 +41,10 @@ void ArenaUse::fields(const hal::Section& arena) {
 
 // What of simulated robots would change an experiment, if real ones did not have it.
 static void refuse_what_robots_cannot(const hal::Section& ode) {
+  constexpr const char* no_ids = "are of simulated robots; real ones keep theirs (arkmesh assign-ids): remove it";
+  if (!ode.place("ids").empty()) ode.refuse("ids", no_ids);
+  for (int i = 0; i < 100; ++i)
+    if (!ode.section("group", i).place("ids").empty()) ode.section("group", i).refuse("ids", no_ids);
   if (!ode.place("infrared").empty() && ode.get("infrared", std::string()) != "robot")
     ode.refuse("infrared", "is of simulated robots; real ones send by a robot's rules: remove it, or say \"robot\"");
 }

@@ -302,19 +302,47 @@ class OdeArena final : public SimulatedArena {
   std::string lost_;                                      // why the arena is lost for good
 };
 
-// Gives each robot its id.
-SimulatedArenaOptions with_ids(const hal::Section& arena, int robots, Settings& settings,
-                               SimulatedArenaOptions options) {
-  std::vector<std::int64_t>& ids = settings.ids;
-  const hal::Section ode = arena.section("ode");
-  if (ids.empty()) return options;
-  if (!options.ids.empty()) ode.refuse("ids", "is not for emulated robots; arena.emulator.ids says what theirs are");
+// The keys of a group, or of the robots that are in none.
+hal::Section keys_for(const hal::Section& ode, const GroupSettings& group) {
+  return group.table < 0 ? ode : ode.section("group", group.table);
+}
+
+// A single id is that of the first robot.
+void count_on(std::vector<std::int64_t>& ids, int robots, const hal::Section& keys) {
   if (ids.size() == 1)
     while (static_cast<int>(ids.size()) < robots) ids.push_back(ids.back() + 1);
-  if (static_cast<int>(ids.size()) != robots || ids.back() > 0xFFFF)
-    ode.refuse("ids", fmt::format("must be {} ids up to 65535, or the first of them", robots));
-  options.ids.assign(ids.begin(), ids.end());
-  return options;
+  if (static_cast<int>(ids.size()) != robots || (robots > 0 && ids.back() > 0xFFFF))
+    keys.refuse("ids", fmt::format("must be {} ids up to 65535, or the first of them", robots));
+}
+
+// Gives each robot its id, if any is stated, and puts groups into the order of their ids.
+void number_robots(const hal::Section& ode, Settings& settings, std::vector<GroupSettings>& groups,
+                   SimulatedArenaOptions& options) {
+  if (settings.ids.empty() && std::ranges::all_of(groups, [](const GroupSettings& g) { return g.ids.empty(); })) return;
+  if (!options.ids.empty()) ode.refuse("ids", "is not for emulated robots; arena.emulator.ids says what theirs are");
+  int common = 0;
+  for (const GroupSettings& group : groups) common += group.ids.empty() ? group.robots : 0;
+  if (settings.ids.empty() && common > 0) settings.ids = {0};
+  count_on(settings.ids, common, ode);
+  auto next = settings.ids.begin();
+  for (GroupSettings& group : groups) {
+    if (group.ids.empty())
+      group.ids.assign(next, next + group.robots), next += group.robots;
+    else
+      count_on(group.ids, group.robots, keys_for(ode, group));
+  }
+  std::ranges::stable_sort(groups, {}, [](const GroupSettings& group) { return group.ids.front(); });
+  std::vector<std::int64_t> all;
+  for (const GroupSettings& group : groups) {
+    if (!all.empty() && group.ids.front() <= all.back())
+      keys_for(ode, group)
+          .refuse("ids", fmt::format("begin with {}, and another group's end with {}; all of a group "
+                                     "must be below or above all of another",
+                                     group.ids.front(), all.back()));
+    all.insert(all.end(), group.ids.begin(), group.ids.end());
+  }
+  options.ids.assign(all.begin(), all.end());
+  settings.ids = std::move(all);
 }
 
 // All robots of the arena: its groups, and last those that are in none. Throws ConfigError.
@@ -333,15 +361,15 @@ std::vector<GroupSettings> groups_of(const hal::Section& ode, const Settings& se
   }
   if (settings.controller.empty())
     ode.refuse("controller", "is missing, and some robots are in no group; name the C file");
-  out.push_back({settings, rest, settings.controller, settings.loops_per_tick});
+  out.push_back({settings, rest, settings.controller, settings.loops_per_tick, {}});
   return out;
 }
 
 // Where they start. Throws ConfigError.
 std::vector<hal::Pose> start_of(const hal::ArenaConfig& config, const std::vector<GroupSettings>& groups,
-                                std::size_t in_list, const hal::Section& ode, const SolidBodies& furniture,
-                                const std::string& lab, std::uint64_t seed) {
-  const auto keys = [&](std::size_t i) { return i < in_list ? ode.section("group", static_cast<int>(i)) : ode; };
+                                const hal::Section& ode, const SolidBodies& furniture, const std::string& lab,
+                                std::uint64_t seed) {
+  const auto keys = [&](std::size_t i) { return keys_for(ode, groups[i]); };
   std::vector<hal::Pose> given;
   for (std::size_t i = 0; i < groups.size(); ++i) {
     const std::vector<hal::Pose>& poses = groups[i].start_poses;
@@ -353,7 +381,7 @@ std::vector<hal::Pose> start_of(const hal::ArenaConfig& config, const std::vecto
   }
   StartPlaces places(config.width_m, config.height_m, furniture, given);
   for (std::size_t i = 0; i < groups.size(); ++i) {
-    hal::RandomStream chance(seed, lab + "/ode/start", i < in_list ? i + 1 : 0);
+    hal::RandomStream chance(seed, lab + "/ode/start", static_cast<std::uint64_t>(groups[i].table + 1));
     if (!places.add(groups[i].robots, groups[i], chance))
       keys(i).refuse(groups[i].start_at.empty() ? "start" : "start_at",
                      fmt::format("has no room for {}; make the region or the arena larger, or take fewer",
@@ -375,13 +403,13 @@ std::unique_ptr<OdeArena> make(
   const SolidBodies furniture(config.width_m, config.height_m, solids);
   if (const std::string wrong = furniture.misplaced(); !wrong.empty()) arena.refuse("objects", wrong);
   Settings settings = read_settings(arena, program);
-  const SimulatedArenaOptions options = with_ids(arena, config.robots, settings, given);
-
   const hal::Section ode = arena.section("ode");
   if (given.overhead && settings.infrared == InfraredRules::argos)
     ode.refuse("infrared", "must be \"robot\" for emulated robots, whose controller sends light; remove it");
-  const std::vector<GroupSettings> groups = groups_of(ode, settings, config.robots);
-  const std::vector<hal::Pose> start = start_of(config, groups, settings.groups.size(), ode, furniture, lab, seed);
+  SimulatedArenaOptions options = given;
+  std::vector<GroupSettings> groups = groups_of(ode, settings, config.robots);
+  number_robots(ode, settings, groups, options);
+  const std::vector<hal::Pose> start = start_of(config, groups, ode, furniture, lab, seed);
 
   std::vector<RobotProfile> profiles = profiles_of(settings, arena.section("ode"), config.robots, lab, seed);
   all_read();

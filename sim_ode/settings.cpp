@@ -11,14 +11,18 @@
 namespace arkmesh::sim_ode {
 namespace {
 
-void fields_of_program(const hal::Section& s, ProgramSources& program, int& loops_per_tick) {
+void fields_of_program(const hal::Section& s, ProgramSources& program, int& loops_per_tick,
+                       std::vector<std::int64_t>& ids) {
   s.field("include", program.include, {.help = "folders with headers of that program, beside its own"});
   s.field("define", program.define, {.help = "macros of that program, \"NAME\" or \"NAME=VALUE\""});
   s.field("loops_per_tick", loops_per_tick,
           {.range = {1, 100'000}, .help = "how often loop is called in a tick; on a robot thousands of times"});
+  s.field("ids", ids, {{0, 65'535}, "", "robots' ids (kilo_uid), ascending; one: that of the first of robots"});
 }
 
-void check_macros(const hal::Section& s, const ProgramSources& program) {
+void check_program(const hal::Section& s, const ProgramSources& program, const std::vector<std::int64_t>& ids) {
+  if (std::ranges::adjacent_find(ids, std::greater_equal()) != ids.end())
+    s.refuse("ids", "must be ascending, each id once");
   for (const std::string& macro : program.define)
     if (const std::string wrong = wrong_with_macro(macro); !wrong.empty()) s.refuse("define", wrong);
 }
@@ -58,14 +62,14 @@ void StartSettings::check(const hal::Section& ode) {
 }
 
 void GroupSettings::fields(const hal::Section& group) {
-  group.field("robots", robots, {{1, 100'000}, "", "how many; their ids follow those of the group before"});
+  group.field("robots", robots, {{1, 100'000}, "", "how many"});
   group.field("controller", controller.paths, {.help = "the C file that they run; none: that of [arena.ode]"});
-  fields_of_program(group, controller, loops_per_tick);
+  fields_of_program(group, controller, loops_per_tick, ids);
   StartSettings::fields(group);
 }
 
 void GroupSettings::check(const hal::Section& group) {
-  check_macros(group, controller);
+  check_program(group, controller, ids);
   StartSettings::check(group);
 }
 
@@ -81,8 +85,7 @@ void Settings::fields(const hal::Section& ode) {
             {.help = "the C file that robots run; a list of files, or a folder of them, for a program of several",
              .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\"",
              .required = controller.empty() && ode.place("group").empty()});
-  fields_of_program(ode, controller, loops_per_tick);
-  ode.field("ids", ids, {{0, 65'535}, "", "robots' ids (kilo_uid), ascending; one: that of the first of robots"});
+  fields_of_program(ode, controller, loops_per_tick, ids);
   ode.field("robots_file", robots_file, {.help = "a file that says what single robots are like"});
   enum class OnFault { end, leave } on_fault = leave_failed ? OnFault::leave : OnFault::end;
   ode.field("on_fault", on_fault,
@@ -131,9 +134,7 @@ void Settings::fields(const hal::Section& ode) {
 
 void Settings::check(const hal::Section& ode) {
   if (controller.empty() && groups.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
-  check_macros(ode, controller);
-  if (std::ranges::adjacent_find(ids, std::greater_equal()) != ids.end())
-    ode.refuse("ids", "must be ascending, each id once");
+  check_program(ode, controller, ids);
   if (infrared == InfraredRules::argos) {
     for (const char* key :
          {"send_spread", "overhead_distance_m", "ir_gain_spread", "ir_range_spread_m", "ir_loss_per_m", "ir_noise_m",
@@ -146,6 +147,7 @@ void Settings::check(const hal::Section& ode) {
   for (std::size_t i = 0; i < groups.size(); ++i) {
     const hal::Section keys = ode.section("group", static_cast<int>(i));
     ProgramSources& own = groups[i].controller;
+    groups[i].table = static_cast<int>(i);
     if (own.empty()) own.paths = controller.paths;
     if (own.empty()) keys.refuse("controller", "is missing, here and in [arena.ode]; name the C file");
     own.include.insert(own.include.end(), controller.include.begin(), controller.include.end());

@@ -35,11 +35,13 @@ struct PresetKey {
 // Whose rules robots' messages to each other obey.
 enum class InfraredRules : std::uint8_t { robot, argos };
 
-// Robots with ids in a row that run a program of their own, and start in a region of their own.
+// Robots that run a program of their own, and start in a region of their own.
 struct GroupSettings : StartSettings {
   int robots = 1;
   ProgramSources controller;  // no path: that of [arena.ode]; include and define go with those there
   int loops_per_tick = 1;
+  std::vector<std::int64_t> ids;  // kilo_uid by robot; empty: of those of [arena.ode]
+  int table = -1;                 // its place among the groups of the file; -1: the robots that are in none
 
   void fields(const hal::Section& group);
   void check(const hal::Section& group);
@@ -50,8 +52,8 @@ struct Settings : PresetKey, DriveSettings, BatterySettings, StartSettings {
   std::filesystem::path robots_file;  // what single robots are like; empty: as drawn
   ProgramSources controller;          // for kilolib
   int loops_per_tick = 1;             // how often a program's loop is called in a tick
-  std::vector<std::int64_t> ids;      // kilo_uid by robot; empty: 0, 1, 2, ...
-  std::vector<GroupSettings> groups;  // from robot 0 on; the rest of the robots are as [arena.ode] says
+  std::vector<std::int64_t> ids;      // kilo_uid by robot of groups that have none; empty: 0, 1, 2, ...
+  std::vector<GroupSettings> groups;  // the rest of the robots are as [arena.ode] says
   bool leave_failed = false;          // on_fault = "end" | "leave"
   bool blank_leds = false;            // arena.blank_leds: cameras see no colours
   ContactSettings contacts;           // solver, friction

@@ -85,7 +85,7 @@ TEST_CASE("wrong configuration is said in one sentence that names the key, with 
 
 TEST_CASE("a lab with real robots refuses what only simulated ones have; one without says whose rules it has") {
   // Proves that no experiment becomes another one when it comes to a testbed.
-  for (const char* set : {"arena.ode.infrared=\"argos\""})
+  for (const char* set : {"arena.ode.infrared=\"argos\"", "arena.ode.ids=[100]"})
     for (const char* use : {"arena.use=kilobot", "arena.use=emulated"}) {
       const Said said = run_with(set, {"--set", use});
       CAPTURE(said.text);

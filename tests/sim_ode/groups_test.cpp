@@ -68,6 +68,46 @@ TEST_CASE("a group's robots are those that the same robots are without groups") 
   }
 }
 
+TEST_CASE("groups have ids of their own, or those of the arena in turn") {
+  // Robots are counted by id: a beacon's group may come first in the file and have the highest one. Each robot's
+  // program, place and loops_per_tick are its group's: two show red or green after 5000 calls, the third never does.
+  auto arena = TestArena{.program = "id.c", .robots = 3, .ode = R"(ids = [384]
+loops_per_tick = 330
+start_poses = [0.3, 0, 0]
+[[arena.ode.group]]
+robots = 1
+ids = [10001]
+loops_per_tick = 330
+start_poses = [0.1, 0, 0]
+[[arena.ode.group]]
+robots = 1
+ids = [7]
+start_poses = [0.2, 0, 0])"}
+                   .make_running();
+  CHECK(arena->info().robots == std::vector<hal::RobotId>{7, 384, 10001});
+  const hal::PoseFrame frame = frame_at(*arena, seconds(2));
+  const double x[] = {0.2, 0.3, 0.1};
+  const hal::Led led[] = {hal::Led::off, hal::Led::green, hal::Led::green};
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(frame.robots[i].robot == arena->info().robots[i]);
+    CHECK(frame.robots[i].pose.x_m == doctest::Approx(x[i]));
+    CHECK(frame.robots[i].led == led[i]);
+  }
+  const auto with = [](const std::string& first, const std::string& second) {
+    return refusal({.robots = 5,
+                    .ode = "[[arena.ode.group]]\nrobots = 2\nids = " + first +
+                           "\n[[arena.ode.group]]\nrobots = 2\nids = " + second});
+  };
+  CHECK(with("[10]", "[20, 30]") == "accepted");
+  CHECK(with("[20, 30]", "[10]") == "accepted");
+  CHECK(with("[10]", "[11]").find("arena.ode.group[1].ids") != std::string::npos);
+  CHECK(with("[10]", "[11]").find("begin with 11, and another group's end with 11") != std::string::npos);
+  CHECK(with("[10, 30]", "[20]").find("all of a group must be below or above all of another") != std::string::npos);
+  CHECK(with("[0]", "[20]").find("begin with 0, and another group's end with 1") != std::string::npos);
+  CHECK(with("[10, 10]", "[20]").find("must be ascending") != std::string::npos);
+  CHECK(with("[10, 11, 12]", "[20]").find("must be 2 ids up to 65535, or the first of them") != std::string::npos);
+}
+
 TEST_CASE("groups that cannot be are refused by name") {
   const auto with = [](const std::string& group) {
     return refusal({.robots = 3, .ode = "[[arena.ode.group]]\n" + group});
