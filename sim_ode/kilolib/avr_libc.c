@@ -21,8 +21,17 @@ FILE* arkmesh_serial[3] = {(FILE*)&serial_line, (FILE*)&serial_line, (FILE*)&ser
 
 /* ---- numbers as text ---- */
 
+STAND_IN char* strrev(char* text) {
+  char *begin = text, *end = text + strlen(text);
+  for (; begin < --end; begin++) {
+    const char swapped = *begin;
+    *begin = *end;
+    *end = swapped;
+  }
+  return text;
+}
 static char* digits(unsigned long long value, int minus, char* text, int radix) {
-  char *end = text, *begin;
+  char* end = text;
   if (radix < 2 || radix > 36) {
     *text = 0;
     return text;
@@ -33,12 +42,7 @@ static char* digits(unsigned long long value, int minus, char* text, int radix) 
   } while (value);
   if (minus) *end++ = '-';
   *end = 0;
-  for (begin = text; begin < --end; begin++) {
-    const char swapped = *begin;
-    *begin = *end;
-    *end = swapped;
-  }
-  return text;
+  return strrev(text);
 }
 STAND_IN char* itoa(int value, char* text, int radix) {
   const int minus = radix == 10 && value < 0;
@@ -84,15 +88,6 @@ STAND_IN size_t strlcat(char* to, const char* from, size_t room) {
   size_t size = 0;
   while (size < room && to[size]) size++;
   return size + strlcpy(to + size, from, room - size);
-}
-STAND_IN char* strrev(char* text) {
-  char *begin = text, *end = text + strlen(text);
-  for (; begin < --end; begin++) {
-    const char swapped = *begin;
-    *begin = *end;
-    *end = swapped;
-  }
-  return text;
 }
 STAND_IN char* strupr(char* text) {
   char* at;
@@ -292,20 +287,22 @@ static int say_words(FILE* stream, const char* from, const char* format, ...) {
   va_end(values);
   return size;
 }
-#define WITH_VALUES(result)  \
-  va_list values;            \
-  char room[longest_format]; \
-  int size;                  \
-  (void)room;                \
-  va_start(values, format);  \
-  size = result;             \
-  va_end(values);            \
-  return size;
+#define WITH_VALUES(function, result) \
+  STAND_IN function {                 \
+    va_list values;                   \
+    char room[longest_format];        \
+    int size;                         \
+    (void)room;                       \
+    va_start(values, format);         \
+    size = result;                    \
+    va_end(values);                   \
+    return size;                      \
+  }
 STAND_IN int vprintf(const char* format, va_list values) {
   return say(0, format, values, CALLER);
 }
-STAND_IN int printf(const char* format, ...){WITH_VALUES(say(0, format, values, CALLER))} STAND_IN
-    int puts(const char* text) {
+WITH_VALUES(int printf(const char* format, ...), say(0, format, values, CALLER))
+STAND_IN int puts(const char* text) {
   return say_words(0, CALLER, "%s\n", text);
 }
 STAND_IN int putchar(int c) {
@@ -315,8 +312,8 @@ STAND_IN int putchar(int c) {
 STAND_IN int vfprintf(FILE* stream, const char* format, va_list values) {
   return say(stream, format, values, CALLER);
 }
-STAND_IN int fprintf(FILE* stream, const char* format, ...){WITH_VALUES(say(stream, format, values, CALLER))} STAND_IN
-    int fputs(const char* text, FILE* stream) {
+WITH_VALUES(int fprintf(FILE* stream, const char* format, ...), say(stream, format, values, CALLER))
+STAND_IN int fputs(const char* text, FILE* stream) {
   return say_words(stream, CALLER, "%s", text);
 }
 STAND_IN int fputc(int c, FILE* stream) {
@@ -350,14 +347,14 @@ STAND_IN int vsnprintf(char* to, size_t size_of_to, const char* format, va_list 
 STAND_IN int vsprintf(char* to, const char* format, va_list values) {
   return vsnprintf(to, INT32_MAX, format, values);
 }
-STAND_IN int snprintf(char* to, size_t size_of_to, const char* format,
-                      ...){WITH_VALUES(vsnprintf(to, size_of_to, format, values))} STAND_IN
-    int sprintf(char* to, const char* format, ...){WITH_VALUES(vsnprintf(to, INT32_MAX, format, values))} STAND_IN
-    int sscanf(const char* text, const char* format,
-               ...){WITH_VALUES(arkmesh_calls.scan(text, with_our_widths(format, room, 1), values))} STAND_IN
-    int fscanf(FILE* stream, const char* format,
-               ...){WITH_VALUES(arkmesh_calls.scan_file(stream, with_our_widths(format, room, 1), values))} STAND_IN
-    char* strtok(char* text, const char* separators) {
+WITH_VALUES(int snprintf(char* to, size_t size_of_to, const char* format, ...),
+            vsnprintf(to, size_of_to, format, values))
+WITH_VALUES(int sprintf(char* to, const char* format, ...), vsnprintf(to, INT32_MAX, format, values))
+WITH_VALUES(int sscanf(const char* text, const char* format, ...),
+            arkmesh_calls.scan(text, with_our_widths(format, room, 1), values))
+WITH_VALUES(int fscanf(FILE* stream, const char* format, ...),
+            arkmesh_calls.scan_file(stream, with_our_widths(format, room, 1), values))
+STAND_IN char* strtok(char* text, const char* separators) {
   char* begin = text ? text : strtok_rest;
   if (!begin) return 0;
   begin += strspn(begin, separators);

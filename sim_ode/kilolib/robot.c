@@ -41,69 +41,14 @@ ROBOT uint16_t kilo_irlow[14] = {0};
 static int nothing(void) {
   return 0;
 }
-static double no_function(double x) {
-  return x;
-}
-static double no_function_of_two(double x, double y) {
-  (void)y;
-  return x;
-}
-static void* no_memory(void* old, size_t size, const void* from) {
-  (void)old, (void)size, (void)from;
-  return 0;
-}
-static FILE* no_file(const char* name, const char* mode) {
-  (void)name, (void)mode;
-  return 0;
-}
-static int no_close(FILE* stream) {
-  (void)stream;
-  return -1;
-}
-static int no_write(FILE* stream, const void* data, size_t size) {
-  (void)stream, (void)data, (void)size;
-  return -1;
-}
-static int no_print(FILE* stream, const char* format, va_list values) {
-  (void)stream, (void)format, (void)values;
-  return -1;
-}
-static int no_format(char* to, size_t room, const char* format, va_list values) {
-  (void)to, (void)room, (void)format, (void)values;
-  return 0;
-}
-static void no_text(const char* text, uint32_t size) {
-  (void)text, (void)size;
-}
 #define NOTHING (void*)nothing
-#define OF_ONE(name) no_function,
-#define OF_TWO(name) no_function_of_two,
-__attribute__((section(".arkmesh_host"))) struct arkmesh_host arkmesh_calls = {NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               NOTHING,
-                                                                               ARKMESH_MATHEMATICS(OF_ONE, OF_TWO)};
+#define FOUR NOTHING, NOTHING, NOTHING, NOTHING
+#define FUNCTION(name) NOTHING,
+__attribute__((section(".arkmesh_host"))) struct arkmesh_host arkmesh_calls = {
+    FOUR, FOUR, FOUR, FOUR, FOUR, NOTHING, NOTHING, ARKMESH_MATHEMATICS(FUNCTION, FUNCTION)};
+#undef FOUR
 #undef NOTHING
-#undef OF_ONE
-#undef OF_TWO
+#undef FUNCTION
 
 /* ---- time ---- */
 
@@ -343,7 +288,6 @@ __attribute__((visibility("default"))) const struct arkmesh_program arkmesh_prog
     .irhigh = kilo_irhigh,
     .irlow = kilo_irlow,
     .back_off = back_off,
-    .crc = (uint16_t(*)(const void*))message_crc,
     .registers = arkmesh_registers,
 #ifdef ARKMESH_PC_TYPES
     .pc_types = ARKMESH_PC_TYPES,

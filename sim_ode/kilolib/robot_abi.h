@@ -91,9 +91,8 @@ struct arkmesh_program {
   uint8_t *turn_left, *turn_right, *straight_left, *straight_right;
   uint16_t *irhigh, *irlow;
   uint8_t (*back_off)(void);  // of a robot that found the channel busy; in counts of its timer, 128 microseconds each
-  uint16_t (*crc)(const void* message);
-  uint8_t* registers;    // of avr/io.h, the motors' duties being 18 and 19; null: it does not use them
-  const char* pc_types;  // why it was compiled with a PC's types; null: with a robot's
+  uint8_t* registers;         // of avr/io.h, the motors' duties being 18 and 19; null: it does not use them
+  const char* pc_types;       // why it was compiled with a PC's types; null: with a robot's
 };
 
 #endif

@@ -87,7 +87,6 @@ struct Robots {
         .irhigh = now.irhigh,
         .irlow = now.irlow,
         .back_off = [] { return std::uint8_t{3}; },
-        .crc = nullptr,
     };
     return out;
   }
