@@ -70,6 +70,16 @@ def sim_reception(bench):
     return passed == all_, f"worst difference {worst:.3f} in {len(rows)} distances", "0.05 below 16 cm, 0.12 beyond"
 
 
+def sim_crowd(bench):
+    """Share of messages lost in a crowd of 100 robots 4 cm apart, with timers that wander and with ones that do not."""
+    lost = []
+    for spread in (0, 0.005):
+        text, _ = controller("count_sends", "--robots", 100, "--spacing", 0.04, "--seconds", 157.3, "--set", f"ode.send_spread={spread}")
+        spoiled, heard = (int(re.search(pattern, text)[1]) for pattern in (r"infrared.lost.spoiled (\d+)", r"(\d+) heard"))
+        lost.append(spoiled / (spoiled + heard))
+    return abs(lost[1] - lost[0]) <= 0.02, f"{100 * lost[1]:.1f} %, {100 * lost[0]:.1f} % without send_spread", "within 2 points"
+
+
 def sim_overhead(bench):
     """Messages that a robot hears of a neighbour's 100, without and with a busy overhead controller."""
     passed, all_, told = tests(bench, "test_sim_ode", "the controller talks over robots")
@@ -213,6 +223,6 @@ def machine():
     return f"{models[0] if models else 'an unknown processor'}, {os.cpu_count()} of them"
 
 
-MEASURES = [sim_sends, sim_reception, sim_overhead, sim_truths, sim_truths_measured, sim_walks, sim_programs, sim_memory, sim_memory_delay, sim_memory_robot, sim_many, sim_growth, sim_speed]
+MEASURES = [sim_sends, sim_reception, sim_crowd, sim_overhead, sim_truths, sim_truths_measured, sim_walks, sim_programs, sim_memory, sim_memory_delay, sim_memory_robot, sim_many, sim_growth, sim_speed]
 # The last six run tests that CI has run, or have no limit.
 NOT_JUDGED_SHORT = {sim_speed, sim_growth, sim_programs, sim_reception, sim_overhead, sim_truths, sim_truths_measured, sim_many, sim_walks}
