@@ -72,7 +72,8 @@ Camera::Camera(const CameraSettings& settings, const Scene& scene)
   radius_px_ = radius_m * std::sqrt(std::abs(middle->xx * middle->yy - middle->xy * middle->yx));
   if (radius_px_ < 2 || radius_px_ > 200)
     throw std::invalid_argument("shows robots of less than 4 or more than 400 pixels; change its height or focal_px");
-  for (int kind = 0; kind < robot_kinds; ++kind) looks_.push_back(make_robot_look(kind, radius_px_, settings.blur_px));
+  for (int kind = 0; kind < robot_kinds; ++kind)
+    looks_.push_back(make_robot_look(kind, radius_px_, settings.blur_px, scene.cell_radius));
 
   // the core is far too bright for the picture, so that it is white whatever its colour; the halo shows the colour
   const double blur = std::sqrt(settings.blur_px * settings.blur_px + 1.0 / 12) / radius_px_;
@@ -118,11 +119,10 @@ void Camera::draw_table() {
 void Camera::picture(std::span<const sim_ode::SimulatedArena::Seen> robots, std::span<const Hand> hands,
                      std::uint64_t number, cv::Mat& out) const {
   table_.copyTo(out);
-  const auto look_of = [this](std::size_t i) -> const RobotLook& { return looks_[i % looks_.size()]; };
   for (const sim_ode::SimulatedArena::Seen& robot : robots)
     if (robot.in_arena) add_shadow(robot, out);
   for (std::size_t i = 0; i < robots.size(); ++i)
-    if (robots[i].in_arena) add_body(robots[i], look_of(i), out);
+    if (robots[i].in_arena) add_body(robots[i], look_of(i), out), add_glare(robots[i], i, out);
   for (std::size_t i = 0; i < robots.size(); ++i)
     if (robots[i].in_arena && robots[i].red + robots[i].green + robots[i].blue > 0) add_led(robots[i], look_of(i), out);
   for (const Hand& hand : hands) add_hand(hand, out);
@@ -192,6 +192,7 @@ void Camera::add_body(const sim_ode::SimulatedArena::Seen& robot, const RobotLoo
        {std::pair{&look.board, board_m}, {&look.cell, board_m + cell_above_board_m}}) {
     const auto at = model_.project_near(robot.pose.x_m, robot.pose.y_m, height_m);
     if (!at) continue;
+    const float lit = texture == &look.board ? light : light * static_cast<float>(scene_.cell_brightness);
     const Patch patch(*at, texture->half() * radius_m * (texture == &look.board ? 1 : 0.85), out);
     // pixels to robot frame, in radii
     constexpr auto per_radius = static_cast<float>(1 / radius_m);
@@ -207,12 +208,38 @@ void Camera::add_body(const sim_ode::SimulatedArena::Seen& robot, const RobotLoo
         if (texel.cover < 0.002F) continue;
         std::uint8_t* const pixel = row + 3 * x;
         const float under = 1 - texel.cover;
-        pixel[0] = to_byte(static_cast<float>(pixel[0]) * under + texel.blue * light);
-        pixel[1] = to_byte(static_cast<float>(pixel[1]) * under + texel.green * light);
-        pixel[2] = to_byte(static_cast<float>(pixel[2]) * under + texel.red * light);
+        pixel[0] = to_byte(static_cast<float>(pixel[0]) * under + texel.blue * lit);
+        pixel[1] = to_byte(static_cast<float>(pixel[1]) * under + texel.green * lit);
+        pixel[2] = to_byte(static_cast<float>(pixel[2]) * under + texel.red * lit);
       }
     }
   }
+}
+
+// An arc on cell or holder where the lamp is mirrored, at the same side of most robots; and a dot in an unlit LED.
+void Camera::add_glare(const sim_ode::SimulatedArena::Seen& robot, std::size_t number, cv::Mat& out) const {
+  const bool dark = robot.red + robot.green + robot.blue <= 0;
+  if (scene_.glare <= 0 && (scene_.domes <= 0 || !dark)) return;
+  const auto at = model_.project_near(robot.pose.x_m, robot.pose.y_m, scene_.robot_height_m + cell_above_board_m);
+  if (!at) return;
+  hal::RandomStream chance(scene_.seed, "room/glare", number);
+  const double arc_r = std::clamp(0.67 + 0.1 * chance.normal(), 0.45, 0.92),
+               arc_rad = scene_.light_from_rad + 0.25 * chance.normal(), strength = chance.uniform(0.5, 1.3),
+               led_rad = robot.pose.heading_rad + robot.led_bearing_rad, led_r = look_of(number).led_radius;
+  const double led_x = led_r * std::cos(led_rad), led_y = led_r * std::sin(led_rad),
+               dome = dark ? 230 * scene_.domes * strength : 0;
+  const Patch patch(*at, 1.1 * radius_m, out);
+  for (int y = patch.top; y < patch.bottom; ++y)
+    for (int x = patch.left; x < patch.right; ++x) {
+      const double u = x - patch.x_px, v = y - patch.y_px, mx = (patch.xx * u + patch.xy * v) / radius_m,
+                   my = (patch.yx * u + patch.yy * v) / radius_m;
+      const double light = 260 * scene_.glare * strength * bell(std::hypot(mx, my) - arc_r, 0.06) *
+                               bell(std::remainder(std::atan2(my, mx) - arc_rad, 2 * std::numbers::pi), 0.3) +
+                           dome * bell(std::hypot(mx - led_x, my - led_y), std::max(0.05, 0.7 / radius_px_));
+      if (light < 1) continue;
+      std::uint8_t* const pixel = out.ptr<std::uint8_t>(y) + 3 * x;
+      for (int c = 0; c < 3; ++c) pixel[c] = to_byte(static_cast<float>(pixel[c] + settings_.brightness * light));
+    }
 }
 
 void Camera::add_led(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const {

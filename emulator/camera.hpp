@@ -70,8 +70,10 @@ class Camera {
   void draw_table();
   void add_shadow(const sim_ode::SimulatedArena::Seen& robot, cv::Mat& out) const;
   void add_body(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const;
+  void add_glare(const sim_ode::SimulatedArena::Seen& robot, std::size_t number, cv::Mat& out) const;
   void add_led(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const;
   void add_hand(const Hand& hand, cv::Mat& out) const;
+  const RobotLook& look_of(std::size_t robot) const { return looks_[robot % looks_.size()]; }
   double gain(const sim_ode::SimulatedArena::Seen& robot, const LocalMap& at) const;
 
   CameraSettings settings_;

@@ -72,6 +72,10 @@ void Scene::fields(const hal::Section& scene) {
   scene.field("light_slope", light_slope, {{0, 0.8}, "", "how much brighter the arena is on the lamp's side"});
   scene.field("light_from_deg", light_from_deg, {{-360, 360}, "deg", "direction of the lamp, from +x"});
   scene.field("shadow", shadow, {{0, 0.9}, "", "share of the light that a robot takes from the arena under it"});
+  scene.field("cell_brightness", cell_brightness, {{0, 5}, "", "of coin cells: 1 is steel, 3 is blown out to white"});
+  scene.field("cell_radius", cell_radius, {{0.5, 0.85}, "", "of coin cells, as a part of a robot's radius"});
+  scene.field("glare", glare, {{0, 1}, "", "how strongly each robot mirrors the lamp, on the lamp's side"});
+  scene.field("domes", domes, {{0, 1}, "", "how strongly unlit LEDs mirror the lamp"});
   scene.field("distractors", distractors, {.help = "paper, cables and the like around the arena, stickers in it"});
   scene.field("robot_height_m", robot_height_m, {{0, 0.1}, "m", "of the upper side of robots' boards"});
 }

@@ -23,7 +23,7 @@ struct Kind {
   std::uint64_t seed;
 };
 
-Kind kind_of(int kind) {
+Kind kind_of(int kind, double cell_radius) {
   hal::RandomStream chance(7, "room/robot_look", static_cast<std::uint64_t>(kind));
   const auto around = [&chance](double middle, double off) { return chance.uniform(middle - off, middle + off); };
   Kind out;
@@ -32,7 +32,7 @@ Kind kind_of(int kind) {
   const auto shade = static_cast<float>(around(1, 0.12));
   out.cell = {out.cell.blue * shade, out.cell.green * shade, out.cell.red * shade};
   out.clip = kind % 2 ? Paint{128, 128, 130} : Paint{84, 82, 80};
-  out.cell_radius = around(0.715, 0.025);
+  out.cell_radius = around(cell_radius, 0.025);
   out.cell_ahead = around(-0.03, 0.03);
   out.cell_left = around(0.02, 0.03);
   out.clip_turn = around(0, 0.12);
@@ -119,8 +119,8 @@ Texture draw(const Kind& kind, Texture::Texel (*look)(const Kind&, double, doubl
 
 }  // namespace
 
-RobotLook make_robot_look(int kind, double radius_px, double blur_px) {
-  const Kind look = kind_of(kind);
+RobotLook make_robot_look(int kind, double radius_px, double blur_px, double cell_radius) {
+  const Kind look = kind_of(kind, cell_radius);
   // a pixel itself blurs as a box of one
   const double blur = std::sqrt(blur_px * blur_px + 1.0 / 12);
   return {draw(look, board_at, radius_px, blur), draw(look, cell_at, radius_px, blur), look.led_radius};

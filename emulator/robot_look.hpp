@@ -53,7 +53,8 @@ struct RobotLook {
 
 inline constexpr int robot_kinds = 6;
 
-// `radius_px` is a robot's radius in the picture, `blur_px` the s.d. of the camera's blur.
-RobotLook make_robot_look(int kind, double radius_px, double blur_px);
+// `radius_px` is a robot's radius in the picture, `blur_px` the s.d. of the camera's blur; `cell_radius` is that of the
+// coin cells of most robots, as a part of a robot's radius.
+RobotLook make_robot_look(int kind, double radius_px, double blur_px, double cell_radius);
 
 }  // namespace arkmesh::emulator

@@ -20,6 +20,10 @@ struct Scene {
   double light_slope = 0.2;          // how much brighter the arena is on the lamp's side than in its middle
   double light_from_rad = 2.2;       // direction of the lamp, from +x; shadows fall away from it
   double shadow = 0.4;               // share of the light that a robot takes from the arena under it
+  double cell_brightness = 1;        // of coin cells: 0.2 is black, 1 steel, 3 blown out to white
+  double cell_radius = 0.715;        // of coin cells, of a robot's radius
+  double glare = 0;                  // 0..1: the lamp, mirrored by each robot on the lamp's side
+  double domes = 0;                  // 0..1: the lamp, mirrored by unlit LEDs
   bool distractors = false;          // paper, cables, a round board, a pen: around the arena, stickers in it
   double robot_height_m = hal::kilobot::board_height_m;  // robots' boards above the arena; cells lie 7 mm higher
   std::uint64_t seed = 1;

@@ -1,0 +1,17 @@
+// Pictures of rooms that differ as real ones do, rendered by the emulator with their truth: cells from black to blown
+// out, one lamp that all robots mirror, unlit domes, cameras from webcams to phones, tints, haze, JPEG.
+#pragma once
+
+#include <cstdint>
+
+#include "tests/support/pictures/robot_pictures.hpp"
+
+namespace arkmesh::tests {
+
+// `plain`: as labs often are. `strange`: beyond its ranges, as nothing was tuned on. `phone`: a few large robots.
+enum class RoomKind { plain, strange, phone };
+
+// The same seed gives the same picture.
+Scene room(RoomKind kind, std::uint64_t seed);
+
+}  // namespace arkmesh::tests
