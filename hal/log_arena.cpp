@@ -42,7 +42,7 @@ bool is_sane(const pose_frame_t& part) {
     if (!(std::abs(pose.x_m) <= max_place_m) || !(std::abs(pose.y_m) <= max_place_m) ||
         !(std::abs(pose.heading_rad) <= std::numbers::pi))
       return false;
-    if (pose.led > 7 || !(pose.confidence >= 0 && pose.confidence <= 1) || pose.age_us < 0) return false;
+    if (pose.led > 8 || !(pose.confidence >= 0 && pose.confidence <= 1) || pose.age_us < 0) return false;
   }
   return true;
 }

@@ -47,7 +47,7 @@ Observation from_message(const robot_pose_t& pose) {
   Observation out;
   out.robot = static_cast<RobotId>(pose.robot);
   out.pose = {pose.x_m, pose.y_m, pose.heading_rad};
-  out.led = static_cast<Led>(pose.led & 7);
+  out.led = led_of(pose.led);
   out.confidence = pose.confidence;
   out.age = LabTime{pose.age_us};
   return out;

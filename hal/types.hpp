@@ -23,8 +23,24 @@ struct Pose {
   double heading_rad = 0;
 };
 
-// The eight colours a camera tells apart: bit 0 red, bit 1 green, bit 2 blue.
-enum class Led : std::uint8_t { off = 0, red = 1, green = 2, yellow = 3, blue = 4, magenta = 5, cyan = 6, white = 7 };
+// The eight colours a camera tells apart: bit 0 red, bit 1 green, bit 2 blue. Unknown: it cannot tell, not even whether
+// the LED is lit.
+enum class Led : std::uint8_t {
+  off = 0,
+  red = 1,
+  green = 2,
+  yellow = 3,
+  blue = 4,
+  magenta = 5,
+  cyan = 6,
+  white = 7,
+  unknown = 8
+};
+
+// Of a message's byte.
+constexpr Led led_of(unsigned byte) {
+  return byte <= static_cast<unsigned>(Led::unknown) ? static_cast<Led>(byte) : Led::unknown;
+}
 
 struct Point {
   double x_m = 0, y_m = 0;

@@ -37,7 +37,7 @@ void ArenaVideo::hear_shared(std::span<const std::byte> bytes) {
     if (lab.lab == lab_) continue;
     for (const shared_robot_t& robot : lab.robots) {
       ghosts_.push_back({.pose = projection.to_arena({robot.x_um * 1e-6, robot.y_um * 1e-6, robot.heading_urad * 1e-6}),
-                         .led = static_cast<hal::Led>(robot.led & 7)});
+                         .led = hal::led_of(robot.led)});
     }
   }
 }

@@ -64,7 +64,7 @@ void SetUpArena::look_at_poses() {
     seen_.push_back({.number = numbers_[i],
                      .in_arena = seen.pose,
                      .led = seen.led,
-                     .led_seen = seen.led != hal::Led::off,
+                     .led_seen = seen.led != hal::Led::off && seen.led != hal::Led::unknown,
                      .confidence = seen.confidence,
                      .heading_sigma_rad = 0,
                      .age = seen.age});

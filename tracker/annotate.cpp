@@ -18,6 +18,7 @@ namespace {
 constexpr double known_heading_rad = 1.0;  // an arrow is drawn when the heading is surer than that
 cv::Scalar colour_of(hal::Led led, const cv::Scalar& off) {
   const int bits = static_cast<int>(led);
+  if (led == hal::Led::unknown) return cv::Scalar::all(150);
   return led == hal::Led::off ? off : cv::Scalar(bits & 4 ? 255 : 0, bits & 2 ? 255 : 0, bits & 1 ? 255 : 0);
 }
 

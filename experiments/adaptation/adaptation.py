@@ -2,7 +2,7 @@
 import arkmesh
 import numpy
 
-OPINION = numpy.array([-1, 0, -1, -1, 1, -1, -1, -1])  # of an LED: red is for site 0, blue for site 1
+OPINION = numpy.array([-1, 0, -1, -1, 1, -1, -1, -1, -1])  # of an LED: red is for site 0, blue for site 1
 
 
 class Adaptation(arkmesh.Scenario):

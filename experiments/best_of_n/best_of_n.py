@@ -2,8 +2,8 @@
 import arkmesh
 import numpy
 
-OPINION = numpy.array([-1, 0, -1, 0, 1, -1, 1, -1])  # of an LED: red and yellow are for site 0, blue and cyan for site 1
-DECIDED = numpy.isin(numpy.arange(8), (3, 6))  # yellow or cyan
+OPINION = numpy.array([-1, 0, -1, 0, 1, -1, 1, -1, -1])  # of an LED: red and yellow are for site 0, blue and cyan for site 1
+DECIDED = numpy.isin(numpy.arange(9), (3, 6))  # yellow or cyan
 
 
 class BestOfN(arkmesh.Scenario):

@@ -41,4 +41,4 @@ class Pieces(arkmesh.Scenario):
         elif self.name == "voices":
             self.piece.say(lab.seen, (lab.ids % 10 == 0).astype(int))
         senses = self.senses()
-        lab.tell(lab.seen, kind=senses, shown=(lab.led > 0) == senses)
+        lab.tell(lab.seen, kind=senses, shown=(lab.led % 8 > 0) == senses)

@@ -13,8 +13,8 @@ class Quorum(arkmesh.Scenario):
         distances = numpy.linalg.norm(lab.shared_xy[:, None] - everyone, axis=2)
         near = (distances < self.reach).sum(axis=1) - 1  # not the robot itself
         enough = (near >= self.least) & lab.seen
-        lab.tell(lab.seen, kind=enough, shown=(lab.led != 0) == enough)
+        lab.tell(lab.seen, kind=enough, shown=(lab.led % 8 != 0) == enough)
 
     def period(self, lab):
-        lab.count("lit_periods", (lab.led != 0).sum())
-        lab.row("lit", time_s=round(lab.now_s, 1), robots=int((lab.led != 0).sum()))
+        lab.count("lit_periods", (lab.led % 8 != 0).sum())
+        lab.row("lit", time_s=round(lab.now_s, 1), robots=int((lab.led % 8 != 0).sum()))

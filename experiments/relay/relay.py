@@ -10,12 +10,12 @@ class Relay(arkmesh.Scenario):
         self.has_it[0] = lab.is_owner
 
     def frame(self, lab):
-        shows = lab.seen & (lab.led != 0)
-        lit = numpy.concatenate([lab.shared_xy[shows], lab.others.shared_xy[lab.others.led != 0]])
+        shows = lab.seen & (lab.led % 8 != 0)
+        lit = numpy.concatenate([lab.shared_xy[shows], lab.others.shared_xy[lab.others.led % 8 != 0]])
         reached = arkmesh.within(lab.shared_xy, lit, self.reach) & lab.seen & ~self.has_it
         self.has_it |= reached
         lab.count("reached", reached.sum())
-        lab.tell(lab.seen, kind=self.has_it, shown=(lab.led != 0) == self.has_it)
+        lab.tell(lab.seen, kind=self.has_it, shown=(lab.led % 8 != 0) == self.has_it)
 
     def period(self, lab):
-        lab.row("lit", time_s=round(lab.now_s, 1), robots=int((lab.led != 0).sum()))
+        lab.row("lit", time_s=round(lab.now_s, 1), robots=int((lab.led % 8 != 0).sum()))

@@ -2,7 +2,7 @@
 import arkmesh
 import numpy
 
-BRIGHT = numpy.array([-1, 0, -1, -1, 1, -1, -1, -1])  # what an LED says: red for dark, blue for bright
+BRIGHT = numpy.array([-1, 0, -1, -1, 1, -1, -1, -1, -1])  # what an LED says: red for dark, blue for bright
 
 
 class Weights(arkmesh.Scenario):

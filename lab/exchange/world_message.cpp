@@ -124,7 +124,7 @@ std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& me
     if (s.period < 0 || s.n_robots > 1'000'000) return "range";
     std::int32_t last = -1;
     for (const shared_robot_t& r : s.robots) {
-      if (r.robot <= last || r.robot > static_cast<std::int32_t>(max_shared_robot) || r.led > 7) return "robot";
+      if (r.robot <= last || r.robot > static_cast<std::int32_t>(max_shared_robot) || r.led > 8) return "robot";
       last = r.robot;
     }
     out.window.push_back(from_message(s));

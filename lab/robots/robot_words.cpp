@@ -19,8 +19,8 @@ bool RobotWords::due(hal::LabTime now, const hal::ToRobot& word, bool shown, hal
 
 bool RobotWords::due(hal::LabTime now, const hal::ToRobot& word, hal::Led led, hal::LabTime again) {
   Last& known = last(word);
-  if (!known.is(word) || known.doubts == for_sure) known.led = led;
-  return due(now, word, led != known.led, again);
+  if (!known.is(word) || known.doubts == for_sure || known.led == hal::Led::unknown) known.led = led;
+  return due(now, word, led != known.led && led != hal::Led::unknown, again);
 }
 
 void RobotWords::doubt(hal::RobotId robot, int times) {

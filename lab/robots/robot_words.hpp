@@ -19,7 +19,7 @@ class RobotWords {
   // programs are when they begin. `again`: lab time after which a word is said once more.
   bool due(hal::LabTime now, const hal::ToRobot& word, bool shown, hal::LabTime again);
   // The same for a robot whose program shows in its LED only that something has changed: a word counts as shown when
-  // the LED is another one than when the word changed.
+  // the LED is another one than when the word changed; an unknown one shows nothing.
   bool due(hal::LabTime now, const hal::ToRobot& word, hal::Led led, hal::LabTime again);
 
   // A robot, or `everyone`, may have missed what it was told, or forgotten it: it is told so often again, at that

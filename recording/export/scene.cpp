@@ -3,6 +3,7 @@
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -21,8 +22,9 @@ using namespace scene;
 
 constexpr std::int64_t robots_every_us = 200'000;
 
-constexpr Colour led_colours[8] = {{0.2, 0.2, 0.2},    {0.88, 0.19, 0.13}, {0.13, 0.63, 0.13}, {0.82, 0.63, 0},
-                                   {0.19, 0.31, 0.88}, {0.88, 0.13, 0.88}, {0, 0.69, 0.69},    {1, 1, 1}};
+constexpr Colour led_colours[9] = {{0.2, 0.2, 0.2}, {0.88, 0.19, 0.13}, {0.13, 0.63, 0.13},
+                                   {0.82, 0.63, 0}, {0.19, 0.31, 0.88}, {0.88, 0.13, 0.88},
+                                   {0, 0.69, 0.69}, {1, 1, 1},          {0.5, 0.5, 0.5}};
 constexpr Colour wall{0.3, 0.3, 0.3}, obstacle{0.5, 0.45, 0.4};
 
 // A number of a message, 0 when it is not there or no place to draw at.
@@ -47,7 +49,7 @@ class RobotDrawing : public Visitor {
     if (field.name == "x_m") x_ = near(value.real);
     if (field.name == "y_m") y_ = near(value.real);
     if (field.name == "heading_rad") heading_ = near(value.real);
-    if (field.name == "led") led_ = static_cast<std::size_t>(value.integer & 7);
+    if (field.name == "led") led_ = std::min<std::size_t>(static_cast<std::size_t>(value.integer), 8);
   }
   void bytes(const Field&, std::span<const std::byte>) override {}
   void begin_list(const Field& field, std::size_t) override { is_robot_ = field.name == "robots"; }
@@ -95,7 +97,7 @@ Parts others_of(const json& view, const std::string& own, double robot_radius_m)
       const double x = robot.value("x_um", 0) / 1e6 - number(view, "shift_x_m"),
                    y = robot.value("y_um", 0) / 1e6 - number(view, "shift_y_m");
       const double c = std::cos(turn), s = std::sin(turn);
-      Colour colour = led_colours[robot.value("led", 0) & 7];
+      Colour colour = led_colours[std::clamp(robot.value("led", 0), 0, 8)];
       colour.a = 0.6;
       out.lines.push_back(circle((c * x + s * y) / scale, (c * y - s * x) / scale, robot_radius_m, 0.002, colour));
     }

@@ -17,8 +17,8 @@ struct Seen {
 };
 
 // A set of LEDs: bit n stands for the LED n of hal::Led.
-using LedSet = std::uint8_t;
-inline constexpr LedSet any_led = 0xff;
+using LedSet = std::uint16_t;
+inline constexpr LedSet any_led = 0x1ff;  // unknown ones, too
 constexpr LedSet only(hal::Led led) {
   return static_cast<LedSet>(1U << static_cast<unsigned>(led));
 }

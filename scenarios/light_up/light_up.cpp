@@ -19,7 +19,8 @@ void LightUp::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   for (const hal::Observation& seen : frame.robots) {
     const bool near = is_near(projection.to_shared(seen.pose), others);
     n_lit += near;
-    lab.tell({.robot = seen.robot, .kind = near ? lit : dark}, (seen.led != hal::Led::off) == near);
+    lab.tell({.robot = seen.robot, .kind = near ? lit : dark},
+             seen.led != hal::Led::unknown && (seen.led != hal::Led::off) == near);
   }
   lab.publish("lit", {n_lit});
 }

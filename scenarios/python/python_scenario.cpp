@@ -426,7 +426,7 @@ void PythonScenario::take_words(lab::Lab& lab, std::string_view words) {
     else if (word.how == Word::until_led_changes)
       lab.tell(word.message, led == leds_.end() ? hal::Led::off : led->second);
     else
-      lab.tell(word.message, word.how == Word::shown);
+      lab.tell(word.message, word.how == Word::shown && (led == leds_.end() || led->second != hal::Led::unknown));
   }
 }
 

@@ -185,7 +185,7 @@ TEST_CASE("frames that are incomplete, repeated or damaged are left out and coun
     one(4, [](auto& part) { part.robots[0].robot = 70'000; });
     one(4, [](auto& part) { std::swap(part.robots[0], part.robots[1]); });
     one(4, [](auto& part) { part.robots[0].heading_rad = 4; });
-    one(4, [](auto& part) { part.robots[0].led = 8; });
+    one(4, [](auto& part) { part.robots[0].led = 9; });
     one(4, [](auto& part) { part.parts = 0; });
     one(4, [](auto& part) { part.stamp_us = -1; });
     recorder.record(LabTime{0}, channel::poses, std::vector<std::byte>(100));

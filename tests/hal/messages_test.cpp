@@ -14,7 +14,7 @@ TEST_CASE("a pose frame survives the way through its message") {
   frame.stamp = LabTime{1'800'000'000};
   frame.number = 18'000;
   frame.robots = {{0, {-0.5, 0.25, -3.14}, Led::off, 0.0F, LabTime{0}},
-                  {1022, {1e-9, -0.0, 3.14}, Led::white, 1.0F, LabTime{123}}};
+                  {1022, {1e-9, -0.0, 3.14}, Led::unknown, 1.0F, LabTime{123}}};
   const auto messages = to_messages(frame);
   REQUIRE(messages.size() == 1);
   const PoseFrame back = from_message(messages[0]);

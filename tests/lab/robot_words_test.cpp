@@ -75,3 +75,16 @@ TEST_CASE("robot words: what a robot may have forgotten is told again, whatever 
   CHECK(told == 10);  // it lies dark, which red was not
   CHECK(!words.due(12s, blue, hal::Led::blue, 1s));
 }
+
+TEST_CASE("robot words: an LED that cannot be told shows nothing") {
+  // Proves: no word counts as heard because the camera lost sight of the LED, and the first colour after it is no
+  // change.
+  RobotWords words;
+  const hal::ToRobot word{.robot = 3, .value = 7}, other{.robot = 3, .value = 8};
+  CHECK(words.due(0s, word, hal::Led::red, 1s));
+  CHECK(words.due(1s, word, hal::Led::unknown, 1s));
+  CHECK(words.due(2s, word, hal::Led::red, 1s));
+  CHECK(words.due(3s, other, hal::Led::unknown, 1s));
+  CHECK(words.due(4s, other, hal::Led::red, 1s));
+  CHECK(!words.due(5s, other, hal::Led::green, 1s));
+}

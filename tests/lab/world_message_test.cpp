@@ -142,7 +142,7 @@ TEST_CASE("values that no robot or field can have are refused by name") {
   CHECK(why([](world_t& m) { m.window[0].period = -1; }) == "range");
   CHECK(why([](world_t& m) { m.window[1].robots[1].robot = 0; }) == "robot");
   CHECK(why([](world_t& m) { m.window[1].robots[2].robot = 70000; }) == "robot");
-  CHECK(why([](world_t& m) { m.window[1].robots[0].led = 8; }) == "robot");
+  CHECK(why([](world_t& m) { m.window[1].robots[0].led = 9; }) == "robot");
   CHECK(why([](world_t& m) { m.window[1].fields[1].name = m.window[1].fields[0].name; }) == "duplicate");
   CHECK(why([](world_t& m) {
           m.acks.push_back(m.acks[0]);

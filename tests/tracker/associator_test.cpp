@@ -267,3 +267,22 @@ TEST_CASE("six hundred robots, all hidden at once for a second") {
   CHECK(tracks.size() == 600);
   CHECK(std::all_of(tracks.begin(), tracks.end(), [](const Track& t) { return t.doubtful; }));
 }
+
+TEST_CASE("the last certain colour is kept for a second, then it is unknown") {
+  // Proves: a colour that the camera cannot tell is neither a change at once nor the old one for ever, and comes back.
+  Associator associator(testbed::kilobot_tracking().following);
+  const auto seen = [&](double s, hal::Led led) {
+    FusedObservation one = robot_at(0, 0);
+    one.led = led;
+    if (led == hal::Led::unknown) one.led_confidence = 0;
+    const auto& tracks = associator.update(at_s(s), std::vector{one});
+    REQUIRE(tracks.size() == 1);
+    return tracks[0].led;
+  };
+  CHECK(seen(0, hal::Led::unknown) == hal::Led::unknown);
+  CHECK(seen(0.1, hal::Led::green) == hal::Led::green);
+  CHECK(seen(0.2, hal::Led::unknown) == hal::Led::green);
+  CHECK(seen(1.0, hal::Led::unknown) == hal::Led::green);
+  CHECK(seen(1.2, hal::Led::unknown) == hal::Led::unknown);
+  CHECK(seen(1.3, hal::Led::off) == hal::Led::off);
+}

@@ -14,6 +14,7 @@ constexpr double jump_probability = 0.02;      // of being anywhere within reach
 constexpr float clear_confidence = 0.65f;      // an observation this clear is a robot at once
 constexpr std::uint32_t times_to_believe = 3;  // one less clear must be repeated
 constexpr float settled_confidence = 0.4f;     // below it (after a gap and one weak observation) nobody acts on the id
+constexpr hal::LabTime keep_led{1'000'000};    // the last certain colour, while it cannot be told
 constexpr float certain_led = 0.5f;            // colours less certain than this change nothing
 
 double seconds(hal::LabTime t) {
@@ -137,6 +138,10 @@ void Associator::meet(Followed& followed, const FusedObservation& seen, hal::Lab
   Track& track = followed.track;
   track.led_seen = seen.led_confidence >= certain_led;
   if (track.led_seen) track.led = seen.led;
+  if (seen.led != hal::Led::unknown)
+    followed.led_told = now;
+  else if (now - followed.led_told >= keep_led)
+    track.led = hal::Led::unknown;
   track.primary = seen.primary, track.primary_confidence = seen.primary_confidence;
   if (seen.led_heading_rad)
     followed.motion.see_heading(wrapped(*seen.led_heading_rad + settings_.led_offset_rad), seen.led_heading_sigma_rad);
@@ -177,13 +182,15 @@ void Associator::give_birth(std::span<const FusedObservation> seen, std::span<co
       continue;
     }
     occupied.insert(std::upper_bound(begin, end, std::pair(seen[i].x_m, seen[i].y_m)), {seen[i].x_m, seen[i].y_m});
-    Followed followed{
-        .track = {}, .motion = Motion(seen[i].x_m, seen[i].y_m, seen[i].sigma_m, settings_.motion), .last_seen = now};
+    Followed followed{.track = {},
+                      .motion = Motion(seen[i].x_m, seen[i].y_m, seen[i].sigma_m, settings_.motion),
+                      .last_seen = now,
+                      .led_told = now};
     followed.track.number = next_++;
     followed.track.confidence = 0.5f * seen[i].confidence;
     followed.established = seen[i].confidence >= clear_confidence;
     followed.track.led_seen = seen[i].led_confidence >= certain_led;
-    if (followed.track.led_seen) followed.track.led = seen[i].led;
+    if (followed.track.led_seen || seen[i].led == hal::Led::unknown) followed.track.led = seen[i].led;
     followed.track.primary = seen[i].primary, followed.track.primary_confidence = seen[i].primary_confidence;
     if (seen[i].led_heading_rad)
       followed.motion.see_heading(wrapped(*seen[i].led_heading_rad + settings_.led_offset_rad),

@@ -61,6 +61,7 @@ class Associator {
     Track track;
     Motion motion;
     hal::LabTime last_seen{0};
+    hal::LabTime led_told{0};  // when the camera could last tell its colour
     std::uint32_t times_seen = 1;
     bool established = false;  // seen often or clearly enough to be reported
     bool suspected = false;    // doubtful until named again

@@ -13,7 +13,7 @@ using TrackNumber = std::uint32_t;  // from 0, never used twice in a run
 struct Track {
   TrackNumber number = 0;
   hal::Pose in_arena;            // heading is the driving direction
-  hal::Led led = hal::Led::off;  // as last seen with certainty
+  hal::Led led = hal::Led::off;  // as last seen with certainty; unknown when it could not be told for 1 s
   bool led_seen = false;         // in this very frame
   hal::Led primary =
       hal::Led::off;  // red, green or blue: what the LED shows in this frame if it is known to show one of these

@@ -14,12 +14,12 @@ const inks = {
 
 /** LED colours, by bits of red, green and blue; told apart by a mark as well (sprites.js). */
 const leds = {
-  light: ["#8a8f94", "#d5440b", "#0a9a6b", "#c79a00", "#1c6fe0", "#b8489c", "#1aa3c4", "#ffffff"],
-  dark: ["#767c82", "#ff6a3a", "#35c993", "#f2cc3d", "#62a2ff", "#e58bd0", "#62d6ef", "#ffffff"],
+  light: ["#8a8f94", "#d5440b", "#0a9a6b", "#c79a00", "#1c6fe0", "#b8489c", "#1aa3c4", "#ffffff", "#8a8f94"],
+  dark: ["#767c82", "#ff6a3a", "#35c993", "#f2cc3d", "#62a2ff", "#e58bd0", "#62d6ef", "#ffffff", "#767c82"],
 };
 
 /** Names of LED colours, for people. */
-export const led_names = ["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"];
+export const led_names = ["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white", "unknown"];
 
 export class Colours {
   /** @param {Table} table @param {boolean} dark */

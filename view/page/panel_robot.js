@@ -36,7 +36,7 @@ export class RobotPanel {
         ["robot", `${pick.lab}/${pick.id}${follow ? ", followed" : ""}`],
         ["place", `x ${robot.x.toFixed(4)} m, y ${robot.y.toFixed(4)} m`],
         ["heading", `${((robot.heading * 180) / Math.PI).toFixed(1)}°`],
-        ["LED", led_names[robot.led & 7]],
+        ["LED", led_names[Math.min(robot.led, 8)]],
       ];
       if ("confidence" in robot) pairs.push(["confidence", robot.confidence.toFixed(2)], ["seen", robot.age_us ? `${duration_words(robot.age_us)} before` : "in this frame"]);
       else {

@@ -17,6 +17,7 @@ const marks = {
   3: [[0, -1.1], [1.1, 0], [0, 1.1], [-1.1, 0]], // yellow: rhombus
   5: [[-0.35, -1], [0.35, -1], [0.35, -0.35], [1, -0.35], [1, 0.35], [0.35, 0.35], [0.35, 1], [-0.35, 1], [-0.35, 0.35], [-1, 0.35], [-1, -0.35], [-0.35, -0.35]], // magenta: plus
   6: [[0, 1], [0.9, -0.7], [-0.9, -0.7]], // cyan: triangle down
+  8: [[-0.25, -1], [0.25, -1], [0.25, 1], [-0.25, 1]], // unknown: upright bar
 };
 
 /** Around a white LED: it shows on light ground and on light bodies. */
@@ -40,11 +41,11 @@ export class Sprites {
   robot(led, heading_rad, radius_px, ghost) {
     const turn = ((Math.round((heading_rad / (2 * Math.PI)) * headings) % headings) + headings) % headings;
     const size = Math.max(2, Math.round(radius_px * 2)); // half pixels
-    const key = ((size * headings + turn) * 8 + (led & 7)) * 2 + (ghost ? 1 : 0);
+    const key = ((size * headings + turn) * 9 + Math.min(led, 8)) * 2 + (ghost ? 1 : 0);
     let sprite = this.made.get(key);
     if (!sprite) {
       if (this.made.size >= sprites_most) this.made.clear();
-      sprite = this.draw(led & 7, (turn / headings) * 2 * Math.PI, size / 2, ghost);
+      sprite = this.draw(Math.min(led, 8), (turn / headings) * 2 * Math.PI, size / 2, ghost);
       this.made.set(key, sprite);
     }
     return sprite;

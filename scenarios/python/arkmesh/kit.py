@@ -10,7 +10,7 @@ import sys
 import numpy
 
 LARGEST_IMAGE = 16 << 20  # bytes
-ALL_LEDS = tuple(range(8))
+ALL_LEDS = tuple(range(9))  # 8: unknown
 
 
 def _number(name, value, low=-1e12, high=1e12):
@@ -69,9 +69,9 @@ class Piece:
 
 
 def _leds(leds):
-    leds = sorted({_whole("an LED", led, 0, 7) for led in (ALL_LEDS if leds is None else numpy.atleast_1d(leds).tolist())})
+    leds = sorted({_whole("an LED", led, 0, 8) for led in (ALL_LEDS if leds is None else numpy.atleast_1d(leds).tolist())})
     if not leds:
-        raise ValueError("leds are numbers 0 to 7, and there are none")
+        raise ValueError("leds are numbers 0 to 8, and there are none")
     return leds
 
 

@@ -70,7 +70,7 @@ class LabRun:
     ids = property(lambda self: self._frames["ids"], doc="robots that were ever seen")
     xy = property(lambda self: self._frames["xy"], doc="[frame, robot, 2], metres in this lab's arena")
     heading = property(lambda self: self._frames["heading"], doc="[frame, robot], radians from +x counter-clockwise")
-    led = property(lambda self: self._frames["led"], doc="[frame, robot]: bit 0 red, bit 1 green, bit 2 blue")
+    led = property(lambda self: self._frames["led"], doc="[frame, robot]: bit 0 red, bit 1 green, bit 2 blue; 8 unknown")
 
     @functools.cached_property
     def _frames(self):

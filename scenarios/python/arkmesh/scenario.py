@@ -114,7 +114,7 @@ class Lab(Kit):
         self.seen = numpy.zeros(n, dtype=bool)  # whom the newest frame holds
         self.xy, self.shared_xy = numpy.full((n, 2), numpy.nan), numpy.full((n, 2), numpy.nan)
         self.heading = numpy.full(n, numpy.nan)
-        self.led = numpy.zeros(n, dtype=numpy.uint8)  # bit 0 red, bit 1 green, bit 2 blue
+        self.led = numpy.zeros(n, dtype=numpy.uint8)  # bit 0 red, bit 1 green, bit 2 blue; 8 when the camera cannot tell
         self.others = Others()
         self.obstacles, self.objects = ([Solid(told) for told in facts[key]] for key in ("obstacles", "objects"))
         self.object_xy, self.object_heading = numpy.array([o.xy for o in self.objects]).reshape(-1, 2), numpy.array([o.heading for o in self.objects])
