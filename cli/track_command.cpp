@@ -36,7 +36,12 @@ std::vector<tracker::Detection> look_at(const cv::Mat& bgr, const testbed::Strea
                                         const fs::path& png) {
   tracker::DetectorSettings settings;
   if (options.diameter_px > 0) settings.diameter_px = options.diameter_px;
-  std::vector<tracker::Detection> robots = tracker::Detector(settings).search(bgr);
+  // People tell it roughly.
+  settings.diameter_told = true;
+  tracker::Explanation explanation;
+  std::vector<tracker::Detection> robots =
+      tracker::Detector(settings).search(bgr, options.explain.empty() ? nullptr : &explanation);
+  if (!options.explain.empty()) tracker::write_picture(options.explain, testbed::explained(bgr, robots, explanation));
   if (!png.empty()) tracker::write_picture(png, testbed::with_robots_drawn(bgr, robots, led_offset_rad(options)));
   return robots;
 }
@@ -99,7 +104,15 @@ bool follow(const testbed::StreamOptions& options, const std::string& name) {
 
 // False when something could not be read, which was said.
 bool track(const testbed::StreamOptions& options) {
-  if (tracker::source_kind(options.source) != tracker::SourceKind::recording) return follow(options, "");
+  const auto explains = [&](bool one_picture) {
+    if (!options.explain.empty() && !one_picture)
+      throw std::runtime_error(
+          fmt::format("--explain explains one picture, by itself: {} is none, or is followed", options.source));
+  };
+  if (tracker::source_kind(options.source) != tracker::SourceKind::recording) {
+    explains(false);
+    return follow(options, "");
+  }
   std::error_code failed;
   const fs::file_status status = fs::status(options.source, failed);
   if (!fs::exists(status))
@@ -107,7 +120,9 @@ bool track(const testbed::StreamOptions& options) {
         "there is no {}: give a picture, a folder of pictures, a video, a camera's number or a URL", options.source));
   const bool follows = !options.csv.empty() || !options.video.empty() || options.serve_port >= 0 ||
                        !options.publish.empty() || !options.calibration.empty();
-  if (follows || (!fs::is_directory(status) && !tracker::is_picture_name(options.source)))
+  const bool picture = !fs::is_directory(status) && tracker::is_picture_name(options.source);
+  explains(picture && !follows);
+  if (follows || (!fs::is_directory(status) && !picture))
     return follow(options, fs::path(options.source).filename().string());
   if (fs::is_directory(status)) return track_folder(options);
   track_picture(options);
@@ -128,6 +143,8 @@ void add_track_command(CLI::App* command) {
   command->add_option("--png", options->png,
                       "Write the picture with the robots drawn on it (of a folder: into this folder; of a video or "
                       "camera: the last picture)");
+  command->add_option("--explain", options->explain,
+                      "Of a picture: draw what was found, what nearly was and why not, and the evidence for the size");
   auto* calibration = command->add_option(
       "--calibration", options->calibration,
       "Measure in the arena with this file of arkmesh calibrate; otherwise metres are derived from the robots' size");

@@ -11,7 +11,9 @@
 
 #include "hal/counted.hpp"
 #include "hal/led_name.hpp"
+#include "tracker/brush.hpp"
 #include "tracker/detect/detector.hpp"
+#include "tracker/detect/led_neighbours.hpp"
 
 namespace arkmesh::testbed {
 namespace {
@@ -23,6 +25,7 @@ nlohmann::json number(double value, double steps) {
 }
 
 cv::Scalar colour_of(hal::Led led) {
+  if (led == hal::Led::unknown) return cv::Scalar::all(150);
   const int bits = static_cast<int>(led);
   return led == hal::Led::off ? cv::Scalar(0, 140, 255)
                               : cv::Scalar(bits & 4 ? 255 : 0, bits & 2 ? 255 : 0, bits & 1 ? 255 : 0);
@@ -95,6 +98,51 @@ cv::Mat with_robots_drawn(const cv::Mat& bgr, const std::vector<tracker::Detecti
              fine(robot.x_px + 1.4 * robot.r_px * std::cos(heading), robot.y_px - 1.4 * robot.r_px * std::sin(heading)),
              colour, thick, cv::LINE_AA, shift);
   }
+  return picture;
+}
+
+cv::Mat explained(const cv::Mat& bgr, const std::vector<tracker::Detection>& robots,
+                  const tracker::Explanation& explanation) {
+  // Small pictures are enlarged, so that words have room.
+  const double scale = std::clamp(1400.0 / bgr.cols, 1.0, 4.0), text_px = 13;
+  cv::Mat picture;
+  cv::resize(bgr, picture, {}, scale, scale, cv::INTER_NEAREST);
+  const auto ring = [&](const tracker::Circle& at, double part, const cv::Scalar& colour, int thick) {
+    const auto fine = [&](double px) { return static_cast<int>(std::lround(16 * ((px + 0.5) * scale - 0.5))); };
+    cv::circle(picture, {fine(at.x_px), fine(at.y_px)}, static_cast<int>(std::lround(16 * part * at.r_px * scale)),
+               colour, thick, cv::LINE_AA, 4);
+  };
+  const auto label = [&](const std::string& words, double x_px, double y_px, const cv::Scalar& colour) {
+    tracker::write(picture, words, {x_px * scale, y_px * scale}, text_px, colour);
+  };
+  const cv::Scalar found(90, 230, 90), cell(230, 200, 60), orange(40, 140, 255), white(255, 255, 255);
+  for (const tracker::Explanation::NotFound& one : explanation.not_found) {
+    ring(one.circle, 1, orange, 1);
+    // where robots are found, what is hardly like one gets no words
+    if (one.confidence < 0.02 && !robots.empty()) continue;
+    label(fmt::format("{:.2f} {}", one.confidence, one.objection), one.circle.x_px + 0.8 * one.circle.r_px,
+          one.circle.y_px - 0.7 * one.circle.r_px, orange);
+  }
+  for (const tracker::Detection& robot : robots) {
+    const tracker::Circle at{robot.x_px, robot.y_px, robot.r_px};
+    ring(at, 1, found, 2);
+    ring(at, tracker::usual_cell, cell, 1);
+    for (const double part : {tracker::nearest_led, tracker::farthest_led}) ring(at, part, white, 1);
+    if (std::isfinite(robot.led_x_px))
+      ring({robot.led_x_px, robot.led_y_px, robot.r_px}, 0.18, colour_of(robot.led), 2);
+    label(fmt::format("{:.2f} {}", robot.confidence, hal::name_of(robot.led)), at.x_px - at.r_px,
+          at.y_px + 1.2 * at.r_px + text_px / scale, found);
+  }
+  std::vector<std::string> lines{
+      fmt::format("{} found (green: rim and confidence; blue: usual cell; white: where an LED can be)", robots.size()),
+      fmt::format("{} looked at and not found (orange: confidence, and what speaks most against it)",
+                  explanation.not_found.size())};
+  if (explanation.cells_first) lines.push_back("the coin cells were found first, then the bodies round them");
+  for (std::size_t i = 0; i < std::min<std::size_t>(explanation.sizes.size(), 5); ++i)
+    lines.push_back(fmt::format("{} {:.1f} px across: {:.2f}", i == 0 ? "evidence for the size:" : "then",
+                                2 * explanation.sizes[i].r_px, explanation.sizes[i].votes));
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    tracker::write(picture, lines[i], {6, text_px * 1.4 * static_cast<double>(i + 1)}, text_px, white);
   return picture;
 }
 

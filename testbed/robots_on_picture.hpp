@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tracker/detect/detection.hpp"
+#include "tracker/detect/explanation.hpp"
 
 namespace arkmesh::testbed {
 
@@ -22,5 +23,10 @@ std::string robots_as_text(const std::vector<tracker::Detection>& robots, double
 // Which sizes were looked for in vain; `diameter_px` 0: none was told.
 std::string nothing_found(double diameter_px);
 cv::Mat with_robots_drawn(const cv::Mat& bgr, const std::vector<tracker::Detection>& robots, double led_offset_rad);
+
+// Draws why: what was found, with rim, usual coin cell and where an LED can be; what nearly was, and what speaks
+// against it; the evidence for the robots' size.
+cv::Mat explained(const cv::Mat& bgr, const std::vector<tracker::Detection>& robots,
+                  const tracker::Explanation& explanation);
 
 }  // namespace arkmesh::testbed

@@ -12,7 +12,7 @@
 namespace arkmesh::testbed {
 
 struct StreamOptions {
-  std::string source, calibration, camera, csv, video, png, publish;
+  std::string source, calibration, camera, csv, video, png, explain, publish;
   bool json = false;
   int serve_port = -1;  // -1: nobody is shown anything; 0 takes any free port
   double led_offset_deg = testbed::led_offset_deg, diameter_px = 0;

@@ -66,6 +66,30 @@ TEST_CASE("track prints a picture's robots as JSON") {
   CHECK(unlit == 1);
 }
 
+TEST_CASE("track explains one picture, and says when it cannot") {
+  // Proves: the picture is drawn, also where nothing is found; folders and videos are refused in one sentence; a grey
+  // picture's LEDs are "unknown", without a heading.
+  TemporaryFolder folder;
+  const std::string explained = (folder.path() / "explained.png").string(),
+                    empty = (folder.path() / "empty.png").string(), grey = (folder.path() / "grey.png").string();
+  REQUIRE(track({pictures + "table_6robots.png", "--explain", explained}).code == 0);
+  const cv::Mat before = cv::imread(pictures + "table_6robots.png"), drawn = cv::imread(explained);
+  REQUIRE(drawn.size() == before.size());
+  CHECK(cv::norm(drawn, before, cv::NORM_L1) > 0);
+  cv::imwrite(empty, cv::Mat(120, 160, CV_8UC3, cv::Scalar(90, 90, 90)));
+  REQUIRE(track({empty, "--explain", explained}).code == 0);
+  CHECK(cv::imread(explained).cols > 160);
+  const Ran refused = track({folder.path().string(), "--explain", explained});
+  CHECK(refused.code != 0);
+  CHECK(refused.output.find("--explain explains one picture") != std::string::npos);
+  cv::imwrite(grey, cv::imread(pictures + "table_6robots.png", cv::IMREAD_GRAYSCALE));
+  const Ran ran = track({grey, "--json"});
+  for (const nlohmann::json& robot : printed_list(ran.output)) {
+    CHECK(robot["led"] == "unknown");
+    CHECK(robot["heading_rad"].is_null());
+  }
+}
+
 TEST_CASE("track goes through a folder of pictures and draws") {
   // Proves: each picture gets its results under its name, and a drawn picture of the same size that differs from the
   // original.

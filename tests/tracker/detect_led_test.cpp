@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "tests/support/pictures/photo_effects.hpp"
+#include "tracker/detect/detector.hpp"
 #include "tracker/detect/led_colour.hpp"
 #include "tracker/detect/led_neighbours.hpp"
 #include "tracker/detect/led_spot.hpp"
@@ -79,6 +81,56 @@ TEST_CASE("blue and magenta beside others") {
     for (std::size_t i = 0; i < one.wanted.size(); ++i) CHECK(robots[one.wanted.size() - 1 - i].led == one.wanted[i]);
     CHECK(robots.back().led == Led::red);
   }
+}
+
+TEST_CASE("white must be earned") {
+  // Proves: white light where lamps are mirrored is unknown, with its direction; a white LED and coloured ones stay.
+  const auto robot = [](Led led, double far, double angle_rad) {
+    return tracker::Detection{.r_px = 20,
+                              .led = led,
+                              .led_confidence = 1,
+                              .led_x_px = 20 * far * std::cos(angle_rad),
+                              .led_y_px = 20 * far * std::sin(angle_rad)};
+  };
+  struct Case {
+    tracker::Detection robot;
+    Led wanted;
+  };
+  Case cases[] = {{robot(Led::white, 0.66, 1.0), Led::unknown}, {robot(Led::white, 0.7, 1.2), Led::unknown},
+                  {robot(Led::white, 0.85, 1.5), Led::unknown}, {robot(Led::white, 0.85, 2.5), Led::white},
+                  {robot(Led::white, 0.94, 1.1), Led::white},   {robot(Led::green, 0.7, 1.1), Led::green}};
+  std::vector<tracker::Detection*> all;
+  for (Case& one : cases) all.push_back(&one.robot);
+  tracker::doubt_white(all);
+  for (const Case& one : cases) {
+    CHECK(one.robot.led == one.wanted);
+    CHECK(std::isnan(one.robot.led_x_px) == (one.wanted == Led::unknown));
+    CHECK((one.robot.led_confidence > 0) == (one.wanted != Led::unknown));
+  }
+  // One robot alone has no direction in common with others.
+  tracker::Detection alone = robot(Led::white, 0.85, 1.5), inner = robot(Led::white, 0.7, 1.5);
+  all = {&alone, &inner};
+  tracker::doubt_white(all);
+  CHECK(alone.led == Led::white);
+  CHECK(inner.led == Led::unknown);
+}
+
+TEST_CASE("a grey picture's LEDs are unknown") {
+  // Proves: what a monochrome camera cannot show is not guessed, in searches and while following.
+  const Scene grey = changed(real_scenes()[2], [](cv::Mat& m) {
+    cv::cvtColor(m, m, cv::COLOR_BGR2GRAY), cv::cvtColor(m, m, cv::COLOR_GRAY2BGR);
+  });
+  tracker::Detector detector;
+  const auto found = detector.search(grey.bgr);
+  CHECK(found.size() == 28);
+  std::vector<tracker::Expected> where;
+  for (const tracker::Detection& one : found) {
+    CHECK(one.led == Led::unknown);
+    CHECK(std::isnan(one.led_x_px));
+    where.push_back({one.x_px, one.y_px, one.r_px, one.r_px / 2});
+  }
+  for (const auto& one : detector.follow(grey.bgr, where))
+    if (one) CHECK(one->led == Led::unknown);
 }
 
 TEST_CASE("find_led, all colours") {

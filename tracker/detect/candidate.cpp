@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tracker/detect/median.hpp"
 
@@ -27,13 +28,14 @@ double looks(double weber, double activity) {
 double likeness_of(const RadialProfile& profile, double outside) {
   const double coin = static_cast<double>(profile.coin), board = static_cast<double>(profile.board),
                low = static_cast<double>(profile.board_low);
-  // in parts of the brightness here; what is nowhere dark is seen through haze
-  const double range = std::max(std::max({outside, coin, board}) - 0.7 * low, 15.0);
+  // in parts of the brightness here, which a coin cell that mirrors a lamp exceeds; what is nowhere dark is seen
+  // through haze
+  const double range = std::max(std::max({outside, std::min(coin, 1.3 * outside), board}) - 0.7 * low, 15.0);
   const double motley = ramp((static_cast<double>(profile.board_high) - low) / range, 0.06, 0.18);
   const double gaps = ramp((board - low) / range, 0.01, 0.05);
-  const double dark_table = ramp((outside - board) / range, 0.3, 0.1);
   const double solid =
-      std::max(ramp((coin - board) / range, 0.8, 0.6), dark_table * ramp((coin - outside) / range, 0.1, 0.25));
+      std::max({ramp((coin - board) / range, 0.8, 0.6), ramp(std::abs(coin - outside) / range, 0.1, 0.25),
+                ramp(static_cast<double>(profile.coin_spread) / range, 0.1, 0.25)});
   return motley * gaps * solid;
 }
 
@@ -64,7 +66,10 @@ Candidate candidate(const CircleFit& circle_fit) {
                board = circle_fit.profile.rings[8];
   Candidate one{circle_fit, circle_fit.contrast / std::max({outside, board, 25.0})};
   const double step = std::abs(outside - (circle_fit.profile.rings[3] + circle_fit.profile.rings[6] + board) / 3);
-  one.activity = circle_fit.profile.activity / std::max(step, 1.0);
+  // A blown out cell is plain, but not the robot.
+  const double coin = static_cast<double>(circle_fit.profile.coin),
+               shines = coin > 1.08 * outside ? std::max(0.0, coin - static_cast<double>(circle_fit.profile.board)) : 0;
+  one.activity = std::max(static_cast<double>(circle_fit.profile.activity), 0.25 * shines) / std::max(step, 1.0);
   one.shape =
       ramp(circle_fit.support, 0.4, 0.75) * ramp(circle_fit.closed, 0.05, 0.28) * ramp(circle_fit.inside, 0.3, 0.6);
   one.likeness = likeness_of(circle_fit.profile, outside);
@@ -84,22 +89,19 @@ Candidate candidate(const CircleFit& circle_fit) {
   return one;
 }
 
-std::optional<double> common_radius_px(std::vector<Candidate> candidates, int width_px, int height_px) {
+std::vector<SizeEvidence> size_evidence(std::vector<Candidate> candidates, int width_px, int height_px) {
   std::sort(candidates.begin(), candidates.end());
-  struct Group {
-    double r_px, votes;
-  };
-  std::vector<Group> groups;
+  std::vector<SizeEvidence> groups;
   for (std::size_t i = 0; i < std::min<std::size_t>(candidates.size(), 150); ++i) {
     // Only strong candidates can name a size.
     const double r_px = candidates[i].circle_fit.circle.r_px;
     if (candidates[i].evidence < 0.4) break;
     if (std::any_of(groups.begin(), groups.end(),
-                    [&](const Group& group) { return std::abs(group.r_px / r_px - 1) < 0.02; }))
+                    [&](const SizeEvidence& group) { return std::abs(group.r_px / r_px - 1) < 0.02; }))
       continue;
     Places places(min_apart * r_px, width_px, height_px);
     std::vector<double> radii;
-    Group group{r_px, 0};
+    SizeEvidence group{r_px, 0};
     for (const Candidate& one : candidates) {
       if (std::abs(std::log(one.circle_fit.circle.r_px / r_px)) > 0.12 ||
           places.taken(one.circle_fit.circle, min_apart * r_px))
@@ -112,13 +114,14 @@ std::optional<double> common_radius_px(std::vector<Candidate> candidates, int wi
     group.r_px = median(radii);
     groups.push_back(group);
   }
-  if (groups.empty()) return {};
-  const auto fewer = [](const Group& a, const Group& b) { return a.votes < b.votes; };
-  Group best = *std::max_element(groups.begin(), groups.end(), fewer);
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const SizeEvidence& a, const SizeEvidence& b) { return a.votes > b.votes; });
   // A coin cell's edge may be as clear as the board's: the board is the one outside.
-  for (const Group& group : groups)
-    if (group.r_px > 1.2 * best.r_px && group.r_px < 1.7 * best.r_px && group.votes > 0.6 * best.votes) best = group;
-  return best.r_px;
+  for (std::size_t i = 1; i < groups.size(); ++i)
+    if (groups[i].r_px > 1.2 * groups[0].r_px && groups[i].r_px < 1.7 * groups[0].r_px &&
+        groups[i].votes > 0.6 * groups[0].votes)
+      std::swap(groups[0], groups[i]);
+  return groups;
 }
 
 Likeness likeness(const std::vector<Candidate>& candidates, double r_px, double tolerance) {
@@ -170,16 +173,26 @@ Likeness likeness(const std::vector<Candidate>& candidates, double r_px, double 
   return common;
 }
 
-double confidence(const Candidate& candidate, const Likeness& others, double tolerance) {
+Judgement judgement(const Candidate& candidate, const Likeness& others, double tolerance) {
   const Circle& circle = candidate.circle_fit.circle;
   const double off = std::abs(circle.r_px / std::max(others.r_at(circle.x_px, circle.y_px), 1.0) - 1);
-  // A weak edge among weak edges is as good as a strong one among strong ones.
-  double value = candidate.shape * tolerated(candidate.likeness) *
-                 std::max(looks(candidate.weber, candidate.activity), looks(others.weber, others.activity));
-  value *= ramp(off, tolerance, tolerance / 2);
-  if (others.weber > 0) value *= ramp(candidate.weber / others.weber, 0.3, 0.6);
-  if (others.activity > 0) value *= ramp(candidate.activity / others.activity, 0.15, 0.4);
-  return candidate.circle_fit.darker == others.darker ? value : 0.6 * value;
+  const std::pair<double, const char*> factors[] = {
+      {candidate.shape, "the edge is no closed circle"},
+      {tolerated(candidate.likeness), "the inside is not like a board round a coin cell"},
+      // A weak edge among weak edges is as good as a strong one among strong ones.
+      {std::max(looks(candidate.weber, candidate.activity), looks(others.weber, others.activity)),
+       "hardly differs from what is round it"},
+      {ramp(off, tolerance, tolerance / 2), "not as large as the others"},
+      {others.weber > 0 ? ramp(candidate.weber / others.weber, 0.3, 0.6) : 1, "the edge is weaker than the others'"},
+      {others.activity > 0 ? ramp(candidate.activity / others.activity, 0.15, 0.4) : 1, "plainer than the others"},
+      {candidate.circle_fit.darker == others.darker ? 1 : 0.6,
+       "dark where the others are bright, or bright where dark"}};
+  Judgement all{1, factors[0].second};
+  for (double least = 1; const auto& [value, objection] : factors) {
+    all.confidence *= value;
+    if (value < least) least = value, all.objection = objection;
+  }
+  return all;
 }
 
 Places::Places(double cell_px, int width_px, int height_px)

@@ -1,10 +1,10 @@
 // Which edges are robots': each by itself, and then against what the others in the same view look like.
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "tracker/detect/circle_fit.hpp"
+#include "tracker/detect/explanation.hpp"
 
 namespace arkmesh::tracker {
 
@@ -31,14 +31,17 @@ struct Likeness {
   double r_at(double x_px, double y_px) const { return r_px + r_per_x * x_px + r_per_y * y_px; }
 };
 
-// Robots of one view are about the same size: the radius that has most evidence for it.
-std::optional<double> common_radius_px(std::vector<Candidate> candidates, int width_px, int height_px);
+// Robots of one view are about the same size: the radii that strong candidates name, the one with most evidence first.
+std::vector<SizeEvidence> size_evidence(std::vector<Candidate> candidates, int width_px, int height_px);
 
 // From candidates whose radius differs from r_px by at most the given part of it.
 Likeness likeness(const std::vector<Candidate>& candidates, double r_px, double tolerance);
 
-// Evidence for a robot among robots like these: 0..1.
-double confidence(const Candidate& candidate, const Likeness& others, double tolerance);
+struct Judgement {
+  double confidence;      // 0..1 that it is a robot among robots like these
+  const char* objection;  // what speaks most against it
+};
+Judgement judgement(const Candidate& candidate, const Likeness& others, double tolerance);
 
 // Circles by place, so that neighbours are found without looking at all of them.
 class Places {

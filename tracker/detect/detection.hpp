@@ -14,7 +14,7 @@ struct Detection {
   float led_confidence = 0;           // 0..1 that the colour is right; 0 says nothing about the LED could be seen
   float led_lit_confidence = 0;       // 0..1 that it is lit or not, as `led` says
   double led_hue_deg = 0;             // of its light, [-25, 335); 0 when it has none
-  double led_x_px = 0, led_y_px = 0;  // centre of the bright core; not a number when the LED is off
+  double led_x_px = 0, led_y_px = 0;  // centre of the bright core; not a number when the LED is off or unknown
   hal::Led primary = hal::Led::off;   // what an LED that is known to show red, green or blue shows: see LedSpot
   float primary_confidence = 0;
 };

@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/core.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "tracker/detect/candidate.hpp"
 #include "tracker/detect/led_neighbours.hpp"
 #include "tracker/detect/led_spot.hpp"
+#include "tracker/detect/median.hpp"
 #include "tracker/detect/round_votes.hpp"
 #include "tracker/detect/white_balance.hpp"
 
@@ -16,7 +19,23 @@ namespace arkmesh::tracker {
 
 namespace {
 
-constexpr double max_single_px = 128;  // a single circle that is larger is more often something else than a robot
+constexpr double max_single_px = 128;       // a single circle that is larger is more often something else than a robot
+constexpr std::size_t max_objections = 60;  // that an explanation holds
+
+// Whether a picture has no colour where its robots are: a monochrome camera's.
+bool monochrome(const cv::Mat& bgr, std::span<const Circle> boards) {
+  constexpr int max_difference = 3, rows = 12;
+  for (const Circle& board : boards)
+    for (int i = 0; i < rows * rows; ++i) {
+      const double x = board.x_px + board.r_px * (2.0 * (i % rows) / (rows - 1) - 1),
+                   y = board.y_px + board.r_px * (2.0 * (i / rows) / (rows - 1) - 1);
+      if (!(x >= 0 && y >= 0 && x < bgr.cols && y < bgr.rows)) continue;
+      const std::uint8_t* const pixel = bgr.ptr<std::uint8_t>(static_cast<int>(y)) + 3 * static_cast<int>(x);
+      const auto [least, most] = std::minmax({pixel[0], pixel[1], pixel[2]});
+      if (most - least > max_difference) return false;
+    }
+  return !boards.empty();
+}
 
 }  // namespace
 
@@ -26,25 +45,30 @@ class Detector::Search {
 
   std::vector<Detection> search(const cv::Mat& bgr) {
     noise_ = noise_of(bgr);
-    if (settings_.diameter_px) return at_diameter(bgr, *settings_.diameter_px);
-    std::vector<Detection> found;
-    if (diameter_px_) found = at_diameter(bgr, *diameter_px_);
-    if (found.empty()) {
-      diameter_px_ = find_diameter(bgr);
-      if (!diameter_px_) return {};
-      found = at_diameter(bgr, *diameter_px_);
-      if (*diameter_px_ > max_single_px && found.size() < 2) found.clear();
+    taken_block_ = 0;
+    std::vector<Candidate> robots;
+    if (settings_.diameter_px) {
+      robots = about_diameter(bgr, *settings_.diameter_px);
+      if (settings_.diameter_told) {
+        // Told by a person, who may be a little wrong.
+        std::vector<Candidate> untold = of_any_diameter(bgr);
+        std::erase_if(untold, [&](const Candidate& one) {
+          return std::abs(2 * one.circle_fit.circle.r_px / *settings_.diameter_px - 1) >
+                 1.5 * settings_.diameter_tolerance;
+        });
+        robots = united(bgr, {robots, untold});
+      }
+      return with_leds(bgr, robots);
     }
+    if (diameter_px_) robots = about_diameter(bgr, *diameter_px_);
+    if (robots.empty()) diameter_px_.reset(), robots = of_any_diameter(bgr);
     // Three that agree are worth remembering; cameras are refocused and tables tilted, so it drifts along.
-    if (found.size() < 3) {
+    if (robots.size() < 3)
       diameter_px_.reset();
-    } else {
-      std::vector<double> radii;
-      for (const Detection& one : found) radii.push_back(one.r_px);
-      std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2), radii.end());
-      *diameter_px_ += 0.3 * (2 * radii[radii.size() / 2] - *diameter_px_);
-    }
-    return found;
+    else
+      diameter_px_ =
+          diameter_px_ ? *diameter_px_ + 0.3 * (2 * median_r_px(robots) - *diameter_px_) : 2 * median_r_px(robots);
+    return with_leds(bgr, robots);
   }
 
   std::vector<std::optional<Detection>> follow(const cv::Mat& bgr, std::span<const Expected> where) {
@@ -79,7 +103,34 @@ class Detector::Search {
     for (auto& one : seen)
       if (one) robots.push_back(&*one);
     judge_beside_others(robots);
+    doubt_white(robots);
+    if (monochrome_) std::ranges::for_each(robots, [](Detection* robot) { forget_led(*robot); });
     return seen;
+  }
+
+  std::vector<Detection> search(const cv::Mat& bgr, Explanation& explanation) {
+    explanation = {};
+    explanation_ = &explanation;
+    std::vector<Detection> robots = search(bgr);
+    explanation_ = nullptr;
+    auto& others = explanation.not_found;
+    std::stable_sort(others.begin(), others.end(),
+                     [](const auto& a, const auto& b) { return a.confidence > b.confidence; });
+    double r_px = robots.empty() ? 0 : robots[0].r_px;
+    if (r_px == 0 && !explanation.sizes.empty()) r_px = explanation.sizes[0].r_px;
+    std::vector<Circle> taken;
+    for (const Detection& one : robots) taken.push_back({one.x_px, one.y_px, one.r_px});
+    std::erase_if(others, [&](const Explanation::NotFound& one) {
+      const Circle& at = one.circle;
+      if (taken.size() >= robots.size() + max_objections || (r_px > 0 && std::abs(std::log(at.r_px / r_px)) > 0.25) ||
+          std::any_of(taken.begin(), taken.end(), [&](const Circle& other) {
+            return std::hypot(other.x_px - at.x_px, other.y_px - at.y_px) < std::max(other.r_px, at.r_px);
+          }))
+        return true;
+      taken.push_back(at);
+      return false;
+    });
+    return robots;
   }
 
   std::optional<double> diameter_px() const { return diameter_px_; }
@@ -172,15 +223,29 @@ class Detector::Search {
         if (robots.taken(guess, 0.9 * min_r_px)) continue;
         if (++in_vain > patience) break;
         const auto circle_fit = closely(bgr, guess, darker);
-        if (!circle_fit || circle_fit->circle.r_px < min_r_px * 0.85 || circle_fit->circle.r_px > max_r_px * 1.15)
+        if (!circle_fit) {
+          object(guess, 0.01 * static_cast<double>(vote.votes), "too few edges lie on one circle");
           continue;
+        }
+        if (circle_fit->circle.r_px < min_r_px * 0.85 || circle_fit->circle.r_px > max_r_px * 1.15) continue;
         const Candidate one = candidate(*circle_fit);
-        if (one.evidence <= 0) continue;
+        if (one.evidence <= 0) {
+          const Judgement alone = judgement(one, {.r_px = circle_fit->circle.r_px, .darker = darker}, 1);
+          object(circle_fit->circle, 0.02 * alone.confidence, alone.objection);
+          continue;
+        }
         candidates.push_back(one);
         if (one.evidence > 0.4) in_vain = 0;
         if (one.evidence > 0.8) robots.add(one.circle_fit.circle);
       }
     }
+  }
+
+  // The whole picture, shrunk, unless it is so already.
+  void take(const cv::Mat& bgr, int block) {
+    if (std::exchange(taken_block_, block) == block) return;
+    picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
+    votes_.look_at(picture_, min_step());
   }
 
   std::optional<double> find_diameter(const cv::Mat& bgr) {
@@ -189,8 +254,7 @@ class Detector::Search {
       // radii from 5 to 10 shrunk pixels
       if (10.0 * block < settings_.smallest_diameter_px / 2) continue;
       if (5.0 * block > settings_.largest_diameter_px / 2) break;
-      picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
-      votes_.look_at(picture_, min_step());
+      take(bgr, block);
       look(bgr, 5.0 * block, 7.1 * block, 0.3, 120, candidates);
       look(bgr, 7.1 * block, 10.0 * block, 0.3, 120, candidates);
     }
@@ -199,16 +263,109 @@ class Detector::Search {
              2 * one.circle_fit.circle.r_px > settings_.largest_diameter_px;
     });
     for (Candidate& one : candidates) one.evidence *= one.clear;
-    const auto r_px = common_radius_px(std::move(candidates), bgr.cols, bgr.rows);
-    if (!r_px) return {};
-    return 2 * *r_px;
+    const std::vector<SizeEvidence> sizes = size_evidence(std::move(candidates), bgr.cols, bgr.rows);
+    if (explanation_) explanation_->sizes = sizes;
+    if (sizes.empty()) return {};
+    return 2 * sizes[0].r_px;
   }
 
-  std::vector<Detection> at_diameter(const cv::Mat& bgr, double diameter_px) {
+  // Of the size that has most evidence for it.
+  std::vector<Candidate> of_any_diameter(const cv::Mat& bgr) {
+    const auto diameter_px = find_diameter(bgr);
+    if (!diameter_px) return {};
+    std::vector<Candidate> robots = about_diameter(bgr, *diameter_px);
+    // Where most are brighter than what is round them, or have a dark ring, coin cells may have been taken for robots:
+    // they were, where bodies are round most of them.
+    const auto cells = std::count_if(robots.begin(), robots.end(), [&](const Candidate& one) {
+      return !one.circle_fit.darker || in_dark_ring(one.circle_fit.circle);
+    });
+    if (!robots.empty() && cells * 10 >= static_cast<std::ptrdiff_t>(robots.size()) * 6) {
+      double r_px = median_r_px(robots) / usual_cell;
+      for (int turn = 0; turn < 4; ++turn) {
+        std::vector<Candidate> bodies = about_diameter(bgr, 2 * r_px);
+        const auto inside = std::count_if(robots.begin(), robots.end(), [&](const Candidate& cell) {
+          return std::any_of(bodies.begin(), bodies.end(), [&](const Candidate& body) {
+            return std::hypot(body.circle_fit.circle.x_px - cell.circle_fit.circle.x_px,
+                              body.circle_fit.circle.y_px - cell.circle_fit.circle.y_px) <
+                   0.4 * body.circle_fit.circle.r_px;
+          });
+        });
+        if (inside * 2 < static_cast<std::ptrdiff_t>(robots.size())) break;
+        robots = std::move(bodies);
+        if (explanation_) explanation_->cells_first = true;
+        const double before_px = std::exchange(r_px, median_r_px(robots));
+        if (std::abs(r_px / before_px - 1) < 0.01) break;
+      }
+    }
+    if (median_r_px(robots) > max_single_px / 2 && robots.size() < 2) robots.clear();
+    return robots;
+  }
+
+  static double median_r_px(const std::vector<Candidate>& robots) {
+    std::vector<double> radii;
+    for (const Candidate& one : robots) radii.push_back(one.circle_fit.circle.r_px);
+    return median(std::move(radii));
+  }
+
+  // Whether a circle is a coin cell's: board round it, and arena round that. Grey levels of the picture looked at last.
+  bool in_dark_ring(const Circle& circle) const {
+    const auto grey = [&](double from, double to, double part) {
+      std::vector<double> values;
+      for (int i = 0; i < 72; ++i) {
+        const double far = circle.r_px * (from + (to - from) * (i % 3) / 2), angle = i * std::numbers::pi / 36;
+        const double x = picture_.shrunk_x(circle.x_px + far * std::cos(angle)),
+                     y = picture_.shrunk_y(circle.y_px + far * std::sin(angle));
+        if (x >= 0 && y >= 0 && x <= picture_.width - 1.001 && y <= picture_.height - 1.001)
+          values.push_back(static_cast<double>(picture_.at(static_cast<float>(x), static_cast<float>(y))));
+      }
+      std::sort(values.begin(), values.end());
+      return values.empty() ? 0 : values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];
+    };
+    const double ring = grey(1.08, 1.38, 0.5), outside = grey(1.7, 2.0, 0.5), disc = grey(0.2, 0.8, 0.5),
+                 black = grey(0.2, 1.38, 0.1);
+    return ring < 0.6 * outside || (ring < 0.55 * disc && ring < 0.8 * outside) ||
+           (outside > 1.2 * black + 8 && ring - black < 0.35 * (outside - black));
+  }
+
+  // Searches at neighbouring sizes together: near a limit each alone may miss a robot, and what only one finds is
+  // mostly none.
+  std::vector<Candidate> about_diameter(const cv::Mat& bgr, double diameter_px) {
+    std::vector<std::vector<Candidate>> all;
+    for (const double part : {0.95, 1.05, 1.0}) all.push_back(at_diameter(bgr, part * diameter_px));
+    std::vector<Candidate> robots = united(bgr, all);
+    std::erase_if(robots, [&](const Candidate& one) {
+      const Circle& at = one.circle_fit.circle;
+      const auto sees = [&](const Candidate& other) {
+        return std::hypot(other.circle_fit.circle.x_px - at.x_px, other.circle_fit.circle.y_px - at.y_px) <
+               0.5 * at.r_px;
+      };
+      if (2 <= std::ranges::count_if(all, [&](const auto& some) { return std::ranges::any_of(some, sees); }))
+        return false;
+      object(at, one.evidence, "found at one of three neighbouring sizes only");
+      return true;
+    });
+    return robots;
+  }
+
+  // The surest first; no two overlap by more than robots can.
+  static std::vector<Candidate> united(const cv::Mat& bgr, const std::vector<std::vector<Candidate>>& all) {
+    std::vector<Candidate> robots;
+    for (const auto& some : all) robots.insert(robots.end(), some.begin(), some.end());
+    const double apart_px = 1.5 * median_r_px(robots);
+    std::sort(robots.begin(), robots.end());
+    Places places(apart_px, bgr.cols, bgr.rows);
+    std::erase_if(robots, [&](const Candidate& one) {
+      if (places.taken(one.circle_fit.circle, apart_px)) return true;
+      places.add(one.circle_fit.circle);
+      return false;
+    });
+    return robots;
+  }
+
+  std::vector<Candidate> at_diameter(const cv::Mat& bgr, double diameter_px) {
     const double r_px = diameter_px / 2;
     const int block = std::max(1, static_cast<int>(std::lround(r_px / 7.5)));
-    picture_.take(bgr, 0, 0, bgr.cols, bgr.rows, block);
-    votes_.look_at(picture_, min_step());
+    take(bgr, block);
     std::vector<Candidate> candidates;
     look(bgr, r_px * (1 - settings_.diameter_tolerance * 0.75), r_px * (1 + settings_.diameter_tolerance * 0.75), 0.5,
          60, candidates);
@@ -216,29 +373,40 @@ class Detector::Search {
     const Likeness common = likeness(candidates, r_px, tolerance);
     // Where robots are, one at least is beyond doubt, by itself and among the others: else it is a view of clutter.
     double clearest = 0;
+    std::vector<Judgement> judgements;
     for (Candidate& one : candidates) {
-      const double among = confidence(one, common, tolerance);
-      clearest = std::max(clearest, std::min(among, one.clear * one.evidence));
-      one.evidence = among;
+      judgements.push_back(judgement(one, common, tolerance));
+      clearest = std::max(clearest, std::min(judgements.back().confidence, one.clear * one.evidence));
+      one.evidence = judgements.back().confidence;
     }
-    std::sort(candidates.begin(), candidates.end());
-    std::vector<Detection> found;
-    if (clearest < std::max(0.65, settings_.min_confidence)) return found;
-    Places places(1.5 * r_px, bgr.cols, bgr.rows);
+    const bool clutter = clearest < std::max(0.65, settings_.min_confidence);
+    for (std::size_t i = 0; i < candidates.size(); ++i)
+      if (clutter || candidates[i].evidence < settings_.min_confidence)
+        object(candidates[i].circle_fit.circle, candidates[i].evidence,
+               candidates[i].evidence < settings_.min_confidence ? judgements[i].objection
+                                                                 : "nothing in the picture is a robot beyond doubt");
+    if (clutter) return {};
+    std::erase_if(candidates, [&](const Candidate& one) { return one.evidence < settings_.min_confidence; });
+    return united(bgr, {candidates});
+  }
+
+  std::vector<Detection> with_leds(const cv::Mat& bgr, const std::vector<Candidate>& candidates) {
     std::vector<Circle> boards;
-    std::erase_if(candidates, [&](const Candidate& one) {
-      const Circle& circle = one.circle_fit.circle;
-      if (one.evidence < settings_.min_confidence || places.taken(circle, 1.5 * r_px)) return true;
-      places.add(circle);
-      boards.push_back(circle);
-      return false;
-    });
+    for (const Candidate& one : candidates) boards.push_back(one.circle_fit.circle);
     white_balance_ = white_balance(bgr, boards);
+    std::vector<Detection> found;
     for (const Candidate& one : candidates) found.push_back(detection(bgr, one));
     std::vector<Detection*> robots;
     for (Detection& one : found) robots.push_back(&one);
     judge_beside_others(robots);
+    doubt_white(robots);
+    monochrome_ = monochrome(bgr, boards);
+    if (monochrome_) std::ranges::for_each(robots, [](Detection* robot) { forget_led(*robot); });
     return found;
+  }
+
+  void object(const Circle& circle, double confidence, const char* objection) {
+    if (explanation_) explanation_->not_found.push_back({circle, confidence, objection});
   }
 
   // The weakest edge of the shrunk picture that may vote, in grey levels a pixel.
@@ -256,10 +424,13 @@ class Detector::Search {
   std::optional<double> diameter_px_;
   double noise_ = 0;              // of the picture looked at, in grey levels
   Light white_balance_{1, 1, 1};  // of the picture last searched
+  bool monochrome_ = false;       // likewise
   ShrunkPicture picture_;
+  int taken_block_ = 0;  // of the whole picture in picture_ and votes_; 0: they hold something else
   RoundVotes votes_;
   CircleFitter fitter_;
   std::vector<CircleVote> circle_votes_;
+  Explanation* explanation_ = nullptr;  // of the search that goes on, if it is wanted
 };
 
 Detector::Detector(const DetectorSettings& settings) : search_(std::make_unique<Search>(settings)) {}
@@ -267,9 +438,9 @@ Detector::~Detector() = default;
 Detector::Detector(Detector&&) noexcept = default;
 Detector& Detector::operator=(Detector&&) noexcept = default;
 
-std::vector<Detection> Detector::search(const cv::Mat& bgr) {
+std::vector<Detection> Detector::search(const cv::Mat& bgr, Explanation* explanation) {
   if (bgr.empty() || bgr.type() != CV_8UC3) throw std::invalid_argument("the detector wants 8-bit BGR pictures");
-  return search_->search(bgr);
+  return explanation ? search_->search(bgr, *explanation) : search_->search(bgr);
 }
 
 std::vector<std::optional<Detection>> Detector::follow(const cv::Mat& bgr, std::span<const Expected> where) {

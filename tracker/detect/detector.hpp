@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tracker/detect/detection.hpp"
+#include "tracker/detect/explanation.hpp"
 
 namespace cv {
 class Mat;
@@ -21,6 +22,7 @@ struct DetectorSettings {
   double largest_diameter_px = 420;  // what is larger is no robot; likewise
   std::optional<double>
       diameter_px;  // known from a calibration; else found in the first picture with three robots, and remembered
+  bool diameter_told = false;       // by a person: what is found without it counts, too, if it is about as large
   double diameter_tolerance = 0.2;  // robots of one view differ from the common size by at most this part of it
   double min_confidence = 0.5;      // detections below it are not reported
 };
@@ -41,7 +43,8 @@ class Detector {
   Detector& operator=(Detector&&) noexcept;
 
   // The whole picture, strongest evidence first; no two results overlap by more than robots can.
-  std::vector<Detection> search(const cv::Mat& bgr);
+  // `explanation`: filled if it is wanted.
+  std::vector<Detection> search(const cv::Mat& bgr, Explanation* explanation = nullptr);
   // Only windows round the expected places; result i belongs to where[i], empty when no robot is seen there. One robot
   // is given to one place at most: the nearest.
   std::vector<std::optional<Detection>> follow(const cv::Mat& bgr, std::span<const Expected> where);

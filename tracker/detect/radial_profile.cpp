@@ -75,6 +75,7 @@ RadialProfile radial_profile(const ShrunkPicture& patch, float x, float y, float
   // Median deviation: a glint or an LED alone does not count.
   profile.activity = within.deviation();
   profile.coin = coin.at(0.5);
+  profile.coin_spread = coin.at(0.9) - coin.at(0.1);
   profile.board_low = board.at(0.1), profile.board = board.at(0.5), profile.board_high = board.at(0.9);
   profile.outside_low = outside.at(0.1), profile.outside_high = outside.at(0.9);
   return profile;
