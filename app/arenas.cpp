@@ -56,7 +56,8 @@ const hal::ArenaRow& chosen_arena(const hal::Section& arena) {
   if (!chosen->make) arena.refuse("use", "needs cameras, and this program was built without OpenCV");
   for (const hal::ArenaRow& row : rows)
     if (std::ranges::find(chosen->sections, row.name) == chosen->sections.end()) arena.leave_alone(row.name);
-  if (chosen->robots == hal::ArenaRow::Robots::real) refuse_what_robots_cannot(arena.section("ode"));
+  // Emulated robots are spoken to like real ones.
+  if (std::ranges::count(chosen->sections, "kilobot") > 0) refuse_what_robots_cannot(arena.section("ode"));
   return *chosen;
 }
 

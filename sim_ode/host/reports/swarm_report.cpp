@@ -54,7 +54,7 @@ void SwarmReport::look(const hal::PoseFrame& frame) {
     changes_.assign(frame.robots.size(), 0);
   }
   // Once through all robots: frames come often, and many robots' frames are larger than the processor's cache.
-  std::array<std::uint64_t, 8> shown = shown_;
+  auto shown = shown_;
   for (std::size_t i = 0; i < frame.robots.size(); ++i) {
     const hal::Observation& now = frame.robots[i];
     hal::Observation& before = last_.robots[i];
@@ -71,7 +71,7 @@ void SwarmReport::look(const hal::PoseFrame& frame) {
 
 std::string SwarmReport::text(const hal::Counters& counters) const {
   const double robots = static_cast<double>(last_.robots.size());
-  std::array<int, 8> at_end{};
+  std::array<int, hal::led_names.size()> at_end{};
   for (const hal::Observation& robot : last_.robots) ++at_end[static_cast<std::size_t>(robot.led)];
   const std::uint64_t total = std::accumulate(shown_.begin(), shown_.end(), std::uint64_t{0});
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hal/arena.hpp"
+#include "hal/led_name.hpp"
 
 namespace arkmesh::sim_ode {
 
@@ -36,7 +37,7 @@ class SwarmReport {
  private:
   hal::PoseFrame first_, last_;
   std::uint64_t frames_ = 0;
-  std::array<std::uint64_t, 8> shown_{};  // frames x robots, by colour
+  std::array<std::uint64_t, hal::led_names.size()> shown_{};  // frames x robots, by colour
   std::vector<double> path_m_;
   std::vector<std::uint32_t> changes_;
 };
