@@ -35,9 +35,12 @@ std::vector<std::string> loss_words(const Counters& counters, const std::string&
                 "types above 127 belong to robots' firmware; ARGoS passes them on") &&
       !refused && deaf > 0)
     out.push_back(fmt::format(
-        "{} of {} pairs in reach heard nothing of each other for a minute or longer: mostly two senders "
-        "that do not hear each other spoil each other's messages, or the overhead controller speaks all the time",
-        deaf, count("infrared.pairs.in_reach")));
+        "{} of {} pairs in reach heard nothing of each other for a minute or longer: {}", deaf,
+        count("infrared.pairs.in_reach"),
+        count("infrared.lost.crowded") > 0
+            ? "by ARGoS's rules a robot hears four messages in a tick, those of the first robots"
+            : "mostly two senders that do not hear each other spoil each other's messages, or the overhead controller "
+              "speaks all the time"));
   const std::uint64_t bad = count("overhead.refused.crc") + count("overhead.distorted");
   say_most(bad, bad + count("overhead.heard"), "overhead messages refused",
            "copies are distorted or their checksum is wrong; packets that follow each other within 50 ms distort them");

@@ -106,7 +106,9 @@ TEST_CASE("words say which messages were mostly lost, with reason and cause, and
        "24578 of 24578 infrared messages refused: their checksum is not that of what is sent");
   only({{"arena.infrared.sent", 9}, {"arena.infrared.refused.type", 9}}, "9 of 9 infrared messages kept from programs");
   only({{"arena.infrared.sent", 999}, {"arena.infrared.pairs.in_reach", 684}, {"arena.infrared.pairs.deaf", 26}},
-       "26 of 684 pairs in reach heard nothing of each other for a minute or longer: ");
+       "26 of 684 pairs in reach heard nothing of each other for a minute or longer: mostly two");
+  only({{"arena.infrared.sent", 999}, {"arena.infrared.pairs.deaf", 26}, {"arena.infrared.lost.crowded", 1}},
+       "26 of 0 pairs in reach heard nothing of each other for a minute or longer: by ARGoS's rules");
   only({{"arena.overhead.heard", 3}, {"arena.overhead.distorted", 9}}, "9 of 12 overhead messages refused");
   only({{"to_robots.offered", 9}, {"to_robots.refused", 8}}, "8 of 9 words to robots refused");
   only({{"to_robots.offered", 458}, {"to_robots.replaced", 358}},
