@@ -114,7 +114,7 @@ TEST_CASE("the LED shines 44 degrees to the right of ahead, near the rim") {
   CameraSettings settings = tilted_camera();
   settings.led_brightness = 0.05;  // so that the core is not cut off by saturation
   const Camera camera(settings, scene);
-  const RobotLook look = make_robot_look(0, 15, 0.7);
+  const RobotLook look = make_robot_look(0, 15, 0.7, 0.715);
   CHECK(look.led_radius >= 0.84);
   CHECK(look.led_radius <= 0.9);
   for (double heading : {0.0, 1.0, 2.5, -2.0}) {
