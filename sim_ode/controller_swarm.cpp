@@ -60,7 +60,7 @@ ControllerSwarm::ControllerSwarm(const SwarmOptions& options) : program_(sim_ode
   const hal::Config config = arena_config(options);
   try {
     arena_ = sim_ode::make_ode_arena(config.root().section("arena"), lab, options.seed,
-                                     {.text = &text_, .folder = options.robots_folder});
+                                     {.text = &text_, .log = options.log, .folder = options.robots_folder});
   } catch (const hal::ConfigError& error) {
     const std::string sentence = error.what();
     // of a grid nobody wants to see all the places

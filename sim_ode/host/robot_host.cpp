@@ -59,7 +59,8 @@ RobotHost::RobotHost(std::shared_ptr<const RobotProgram> program, int robots, Mo
       memory_(program_->abi().begin, program_->first_memory(), robots),
       turns_(program_->abi(), memory_, heaps_, files_, bodies_, *guard_,
              make_clocks(motors.profiles(), lab, seed, first, robots),
-             make_timers(motors.profiles(), lab, seed, first, robots), clocks_differ(motors.profiles()), output.text),
+             make_timers(motors.profiles(), lab, seed, first, robots), clocks_differ(motors.profiles()), output.text,
+             output.log),
       robots_(robots) {
   hal::RandomStream boot(seed, lab + "/ode/boot");
   const FaultGuard::Watch watch(*guard_);

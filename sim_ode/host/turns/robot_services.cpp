@@ -44,35 +44,54 @@ Turns& RobotServices::turns() {
 bool RobotServices::receives() {
   return !turns().booting_ && turns().bodies_.receives(turns().robot_, turns().now_us());
 }
+// A reading, which the log keeps.
+template <class Reading>
+Reading RobotServices::noted(char letter, Reading reading) {
+  turns().note(letter, reading);
+  return reading;
+}
 void RobotServices::wait_us(std::uint32_t us, const void* from) {
+  const bool prints = !from;  // on the serial line, with no call of the library
+  if (prints)
+    turns().note('w');
+  else
+    turns().note('d', us);
+  if (turns().log_ && !prints) turns().log_memory();
   turns().wait(us + us * turns().clocks_[Turns::index(turns().robot_)].late_us / tick_us, from);
+  turns().note(prints ? 'W' : 'D');
 }
 void RobotServices::wait_for_tick(const void* from) {
+  turns().note('w');
   turns().wait_for_tick(from);
+  turns().note('W');
 }
 void RobotServices::motors(std::uint8_t left, std::uint8_t right) {
+  turns().note('m', left, right);
   const bool drives = left > 0 || right > 0;
   if (drives || turns().bodies_.moves(turns().robot_)) turns().acts(drives);
   turns().bodies_.drive(turns().robot_, left, right, turns().cursor_us_);
 }
 void RobotServices::colour(std::uint8_t colour) {
+  turns().note('c', colour);
   const std::uint8_t before = turns().bodies_.colour(turns().robot_);
   if (before != colour) turns().acts(before > 0 || turns().has_setup());
   turns().bodies_.show(turns().robot_, colour, turns().cursor_us_);
 }
 std::int16_t RobotServices::light() {
-  return receives() ? std::int16_t{-1} : turns().bodies_.light(turns().robot_);
+  return noted('l', receives() ? std::int16_t{-1} : turns().bodies_.light(turns().robot_));
 }
 std::int16_t RobotServices::voltage() {
-  return receives() ? std::int16_t{-1} : turns().bodies_.voltage(turns().robot_);
+  return noted('o', receives() ? std::int16_t{-1} : turns().bodies_.voltage(turns().robot_));
 }
 std::int16_t RobotServices::temperature() {
-  return receives() ? std::int16_t{-1} : turns().bodies_.temperature(turns().robot_);
+  return noted('e', receives() ? std::int16_t{-1} : turns().bodies_.temperature(turns().robot_));
 }
 std::uint8_t RobotServices::random_byte() {
-  return turns().bodies_.random_byte(turns().robot_);
+  return noted('h', turns().bodies_.random_byte(turns().robot_));
 }
 void RobotServices::started() {
+  turns().note('s');
+  if (turns().log_) turns().log_memory();
   if (turns().booting_) FaultGuard::leave(Fault::Kind::left, nullptr);
   FaultGuard::leave(Fault::Kind::gave_up, "called kilo_start() a second time");
 }
@@ -80,7 +99,9 @@ void RobotServices::ended(const char* why, const void* from) {
   FaultGuard::leave(Fault::Kind::gave_up, why, from);
 }
 void RobotServices::busy_at(const void* from, int wakeable) {
+  turns().note('w');
   turns().busy_at(from, wakeable != 0);
+  turns().note('W');
 }
 void RobotServices::jumps(const void* from) {
   if (turns().in_callback_) FaultGuard::leave(Fault::Kind::gave_up, "called longjmp() in a callback", from);
@@ -125,6 +146,7 @@ void RobotServices::text(const char* text, std::uint32_t size) {
   });
 }
 void RobotServices::say(std::uint8_t kind, std::int32_t value, const void* from) {
+  turns().note('y', kind, value);
   turns().acts(true);
   if (!turns().bodies_.say(turns().robot_, kind, value))
     FaultGuard::leave(Fault::Kind::gave_up, "called arkmesh_say(), and no overhead controller hears robots", from);

@@ -19,6 +19,8 @@ struct RobotServices {
   template <class Work>
   static auto undisturbed(Work work);
   static bool receives();
+  template <class Reading>
+  static Reading noted(char letter, Reading reading);
   static void wait_us(std::uint32_t us, const void* from);
   static void wait_for_tick(const void* from);
   static void motors(std::uint8_t left, std::uint8_t right);

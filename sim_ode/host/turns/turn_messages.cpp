@@ -51,7 +51,9 @@ bool Turns::deliver_next() {
     hear(*message);
   } else if (*abi_.rx) {
     if (!from_robot) *abi_.measured = 0;
+    note('X', *message, readings.low_gain, readings.high_gain);
     call_back([this] { (*abi_.rx)(abi_.rx_message, abi_.rx_distance); });
+    log_end();
     if (!from_robot && *abi_.measured) measures_overhead_ = true;
     firmware.callback_ran();
   }
@@ -63,6 +65,7 @@ void Turns::hear(const Message& command) {
   RobotValues values = read_values();
   const Effects effects = cell.firmware.hear(command, values, loaders_[index(robot_)]);
   write_values(values);
+  note('v', values.uid, values.duties);
   if (abi_.registers && effects.outputs != Effects::Outputs::keep) abi_.registers[18] = abi_.registers[19] = 0;
   bodies_.apply(robot_, effects, values, cursor_us_);
   if (effects.save) save(values);
@@ -88,13 +91,22 @@ void Turns::ask_for_message() {
   using enum Outcome::Channel;
   call_back([this] {
     if (outcome_.channel != gone) {
-      const void* const message = *abi_.tx ? (*abi_.tx)() : nullptr;
+      note('T');
+      const auto* const message = *abi_.tx ? static_cast<const std::byte*>((*abi_.tx)()) : nullptr;
+      log_end({message, message ? sizeof(Message) : 0});
       if (!message) return;
       std::memcpy(&reply_->message.emplace(), message, sizeof(Message));
-      if (outcome_.channel == busy) reply_->back_off_us = abi_.back_off() * timer_count_us;
+      if (outcome_.channel == busy) {
+        note('B');
+        const std::byte counts{abi_.back_off()};
+        log_end({&counts, 1});
+        reply_->back_off_us = std::to_integer<std::uint32_t>(counts) * timer_count_us;
+      }
       if (outcome_.channel != free) return;
     }
+    note('U');
     if (*abi_.tx_success) (*abi_.tx_success)();
+    log_end();
     Firmware& firmware = cells_[index(robot_)].firmware;
     firmware.has_sent(timers_[index(robot_)].move(clocks_[index(robot_)].at_us, firmware.since_sent_us()));
     acted_[index(robot_)] = 1;

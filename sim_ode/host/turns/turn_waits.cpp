@@ -33,6 +33,7 @@ void Turns::wait_for_tick(const void* from) {
   if (booting_) {
     // main() waits before kilo_start(): power-up lies before lab time 0
     *abi_.ticks = *abi_.ticks + 1;
+    note('k', static_cast<std::uint32_t>(tick_), *abi_.ticks);
     return;
   }
   if (in_callback_) return busy_in_callback(from);

@@ -23,7 +23,7 @@ Turns* Turns::running_ = nullptr;
 
 Turns::Turns(const arkmesh_program& program, RobotMemory& memory, RobotHeaps& heaps, RobotFiles& files,
              RobotBodies& bodies, FaultGuard& guard, std::vector<RobotClock> clocks, std::vector<SendTimer> timers,
-             bool clocks_differ, ProgramText* text)
+             bool clocks_differ, ProgramText* text, TurnLog* log)
     : abi_(program),
       memory_(memory),
       heaps_(heaps),
@@ -31,6 +31,7 @@ Turns::Turns(const arkmesh_program& program, RobotMemory& memory, RobotHeaps& he
       bodies_(bodies),
       guard_(guard),
       text_(text),
+      log_(log),
       count_(static_cast<int>(clocks.size())),
       cells_(clocks.size()),
       waits_(clocks.size()),
@@ -70,6 +71,13 @@ Fault Turns::boot(int robot) {
   cursor_us_ = 0;
   booting_ = true;
   running_ = this;
+  if (log_) {
+    const RobotValues values = read_values();
+    note('I', values.uid, values.duties);
+    log_->put_bytes(bodies_.number(robot), abi_.irhigh, sizeof high_gain_table);
+    log_->put_bytes(bodies_.number(robot), abi_.irlow, sizeof low_gain_table);
+    log_->put_bytes(bodies_.number(robot), abi_.eeprom ? abi_.eeprom : std::vector<std::uint8_t>(1024).data(), 1024);
+  }
   Fault fault = guard_.run(
       [](void* self) {
         FaultGuard::enter_program();
@@ -92,6 +100,7 @@ void Turns::switch_off(int robot) {
 // Whatever its program was doing.
 void Turns::forget_program(Cell& cell) {
   if (!cell.context) return;
+  note('F');
   stacks_.give(cell.stack);
   --waiting_;
   cell.context = nullptr;
@@ -172,6 +181,15 @@ void Turns::worker() {
   memory_.copy_out(robot_);
 }
 
+// The program has returned from what it was called for.
+void Turns::log_end(std::span<const std::byte> result) {
+  if (!log_) [[likely]]
+    return;
+  note('R', static_cast<std::uint8_t>(result.size()));
+  log_->put_bytes(bodies_.number(robot_), result.data(), result.size());
+  log_memory();
+}
+
 // Calls setup() or loop() once. May return many ticks later, on the same stack.
 [[gnu::always_inline]] inline void Turns::run_program() {
   --loops_left_;
@@ -181,10 +199,14 @@ void Turns::worker() {
   *abi_.reads = *abi_.blocks = 0;
   if (cells_[index(robot_)].firmware.has_setup()) {
     cells_[index(robot_)].firmware.calls_loop();
+    note('L');
     call(*abi_.loop);
+    log_end();
     return;
   }
+  note('S');
   call(*abi_.setup);
+  log_end();
   Firmware& firmware = cells_[index(robot_)].firmware;
   firmware.setup_is_done();
   // loop follows at once
@@ -221,6 +243,7 @@ void Turns::walk_on() {
           break;
         }
         *abi_.ticks = *abi_.ticks + beats_;
+        note('k', static_cast<std::uint32_t>(tick_), *abi_.ticks);
         phase_ = Phase::run;
         loops_left_ = loops_per_tick_;
         if (cell.context) {
@@ -263,6 +286,7 @@ void Turns::walk_quiet() {
 
     memory_.copy_in(robot_);
     *abi_.ticks = *abi_.ticks + 1;
+    note('k', static_cast<std::uint32_t>(tick_), *abi_.ticks);
     cursor_us_ = 0;
     loops_left_ = loops_per_tick_;
     phase_ = Phase::run;

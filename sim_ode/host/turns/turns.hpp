@@ -20,6 +20,7 @@
 #include "sim_ode/host/turns/robot_heaps.hpp"
 #include "sim_ode/host/turns/robot_memory.hpp"
 #include "sim_ode/host/turns/send_timer.hpp"
+#include "sim_ode/host/turns/turn_log.hpp"
 #include "sim_ode/host/turns/worker_stacks.hpp"
 #include "sim_ode/kilolib/robot_abi.h"
 
@@ -28,10 +29,10 @@ namespace arkmesh::sim_ode {
 class Turns {
  public:
   // Everything given outlives the turns. One clock for each robot; they are run when they differ. `text` is null when
-  // nobody listens to what programs print.
+  // nobody listens to what programs print, `log` when nobody wants to know what happens to them.
   Turns(const arkmesh_program& program, RobotMemory& memory, RobotHeaps& heaps, RobotFiles& files, RobotBodies& bodies,
         FaultGuard& guard, std::vector<RobotClock> clocks, std::vector<SendTimer> timers, bool clocks_differ,
-        ProgramText* text);
+        ProgramText* text, TurnLog* log);
   Turns(const Turns&) = delete;
   Turns& operator=(const Turns&) = delete;
 
@@ -122,6 +123,13 @@ class Turns {
   void ask_for_message();
   [[noreturn]] void resume();
   void forget_program(Cell& cell);
+  void log_memory() { log_->put_memory(bodies_.number(robot_), abi_.begin, abi_.end); }
+  void log_end(std::span<const std::byte> result = {});
+  template <class... Values>
+  void note(char letter, Values... values) {
+    if (log_) [[unlikely]]
+      log_->put(bodies_.number(robot_), letter, values...);
+  }
   template <class Call>
   void call_back(Call call);
   RobotValues read_values() const;
@@ -144,6 +152,7 @@ class Turns {
   RobotBodies& bodies_;
   FaultGuard& guard_;
   ProgramText* text_;
+  TurnLog* log_;
   int count_;
   std::vector<Cell> cells_;
   std::vector<Wait> waits_;
