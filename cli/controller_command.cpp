@@ -69,8 +69,8 @@ int check_controller(const sim_ode::ProgramSources& program) {
   fmt::print(
       "{}: flash {} of {} bytes (the library's {} included), static RAM {} of {} (the library's {} included; {} remain "
       "for the stack)\n",
-      program.name(), checked.flash_bytes, sim_ode::flash_limit_bytes, sim_ode::flash_library_bytes, checked.ram_bytes,
-      sim_ode::ram_limit_bytes, sim_ode::ram_library_bytes, std::max(0, sim_ode::ram_limit_bytes - checked.ram_bytes));
+      program.name(), checked.sizes.flash, sim_ode::flash_limit_bytes, sim_ode::flash_library_bytes, checked.sizes.ram,
+      sim_ode::ram_limit_bytes, sim_ode::ram_library_bytes, std::max(0, sim_ode::ram_limit_bytes - checked.sizes.ram));
   if (checked.fits()) return 0;
   fmt::print(stderr, "arkmesh: {} does not fit on a robot\n", program.name());
   return 1;

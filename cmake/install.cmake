@@ -13,7 +13,7 @@ else()
   install(TARGETS arkmesh-guard DESTINATION bin COMPONENT lab)
 endif()
 # What robots' programs are compiled against, and those of the shipped experiments, compiled where somebody asked for them (arkmesh_shipped_programs).
-install(DIRECTORY sim_ode/kilolib hal/platforms/kilobot/firmware DESTINATION ${share} COMPONENT lab)
+install(DIRECTORY sim_ode/kilolib sim_ode/silicon hal/platforms/kilobot/firmware DESTINATION ${share} COMPONENT lab)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/shipped_programs/ DESTINATION lib/arkmesh/programs COMPONENT lab OPTIONAL)
 # Experiments lie to their robots' programs as they do among the sources.
 install(DIRECTORY experiments DESTINATION ${share} COMPONENT lab PATTERN "__pycache__" EXCLUDE PATTERN "keys" EXCLUDE)

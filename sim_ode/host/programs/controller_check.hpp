@@ -4,20 +4,19 @@
 #include <string>
 #include <vector>
 
-#include "sim_ode/host/programs/program_sources.hpp"
+#include "sim_ode/host/programs/avr_build.hpp"
 
 namespace arkmesh::sim_ode {
 
-// What the boot loader leaves, and what the robot's library itself takes of it (a program with empty setup and loop).
-inline constexpr int flash_limit_bytes = 28160, flash_library_bytes = 7054;
-inline constexpr int ram_limit_bytes = 2048, ram_library_bytes = 110;
-
 struct CheckedProgram {
-  int flash_bytes = 0;                // program and library
-  int ram_bytes = 0;                  // static, program and library; the stack needs what remains
-  std::vector<std::string> warnings;  // of places that depend on how wide an int is
-  bool fits() const { return flash_bytes <= flash_limit_bytes && ram_bytes <= ram_limit_bytes; }
+  Sizes sizes;                        // static memory; the stack needs what remains
+  std::vector<std::string> warnings;  // of places that depend on how wide an int is, and of memory
+  bool fits() const { return sizes.flash <= flash_limit_bytes && sizes.ram <= ram_limit_bytes; }
 };
+
+// For AvrBuild: what makes the compiler speak of such places, and what of its words is worth telling.
+inline const std::vector<std::string> warning_options = {"-Wtype-limits", "-Wconversion"};
+std::vector<std::string> warnings_in(const std::string& said);
 
 // Throws std::runtime_error with one sentence: no avr-gcc, or the program does not build.
 CheckedProgram check_program(const ProgramSources& sources);
