@@ -142,6 +142,16 @@ void RobotProgram::unload() {
   file_ = -1;
 }
 
+fs::path RobotProgram::object() const {
+  return fmt::format("/proc/{}/fd/{}", getpid(), file_);
+}
+
+std::uintptr_t RobotProgram::memory_address() const {
+  Dl_info ours{};
+  dladdr(abi_, &ours);
+  return reinterpret_cast<std::uintptr_t>(abi_->begin) - reinterpret_cast<std::uintptr_t>(ours.dli_fbase);
+}
+
 std::string RobotProgram::place_of(const void* instruction) const {
   Dl_info where{};
   if (file_ < 0 || !dladdr(instruction, &where) || !where.dli_fbase) return {};
@@ -150,8 +160,7 @@ std::string RobotProgram::place_of(const void* instruction) const {
   if (where.dli_fbase != ours.dli_fbase) return {};
   const auto offset = reinterpret_cast<std::uintptr_t>(instruction) - reinterpret_cast<std::uintptr_t>(where.dli_fbase);
   const hal::Finished found =
-      hal::run_to_end({.command = {"addr2line", "-f", "-s", "-e", fmt::format("/proc/{}/fd/{}", getpid(), file_),
-                                   fmt::format("{:#x}", offset)}});
+      hal::run_to_end({.command = {"addr2line", "-f", "-s", "-e", object().string(), fmt::format("{:#x}", offset)}});
   std::istringstream lines(found.output);
   std::string function, line;
   if (found.status != 0 || !std::getline(lines, function) || !std::getline(lines, line) || line.starts_with("??"))

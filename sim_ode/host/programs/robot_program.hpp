@@ -32,6 +32,9 @@ class RobotProgram {
   const std::vector<std::byte>& first_memory() const { return first_; }
   // That a robot has for malloc(): what its variables leave of 2 KB, times four, because pointers are wider here.
   std::size_t heap_bytes() const;
+  // The object's file, for tools that read it, and where in it a robot's memory begins.
+  std::filesystem::path object() const;
+  std::uintptr_t memory_address() const;
   // Source line of an instruction, " at loop (prog.c:17)"; empty when it is none of the program's.
   std::string place_of(const void* instruction) const;
 
