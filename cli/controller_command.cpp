@@ -27,6 +27,7 @@
 #include "sim_ode/host/programs/controller_build.hpp"
 #include "sim_ode/host/programs/controller_check.hpp"
 #include "sim_ode/host/programs/shipped_programs.hpp"
+#include "sim_ode/host/proof/proof.hpp"
 #include "sim_ode/host/reports/poses_file.hpp"
 #include "sim_ode/host/reports/robot_text.hpp"
 #include "sim_ode/host/reports/swarm_drawing.hpp"
@@ -259,9 +260,8 @@ int run_controller(const ControllerRunOptions& options) {
   return 1;
 }
 
-void add_run(CLI::App& controller) {
-  auto* run = controller.add_subcommand("run", "Compiles a Kilobot C program and runs it on a simulated swarm");
-  const auto options = std::make_shared<ControllerRunOptions>();
+// The options of a swarm; returns that of the time.
+CLI::Option* add_swarm(CLI::App* run, const std::shared_ptr<ControllerRunOptions>& options) {
   options->program.add_to(*run);
   run->add_option("--robots", options->swarm.robots, "How many robots")
       ->check(CLI::Range(1, 100000))
@@ -277,6 +277,13 @@ void add_run(CLI::App& controller) {
   run->add_option("--seed", options->swarm.seed, "Seed of all random numbers")->capture_default_str();
   run->add_option("--set", options->swarm.settings,
                   "Sets a key of the arena: ode.preset=measured, ode.robots_file=robots.toml");
+  return seconds;
+}
+
+void add_run(CLI::App& controller) {
+  auto* run = controller.add_subcommand("run", "Compiles a Kilobot C program and runs it on a simulated swarm");
+  const auto options = std::make_shared<ControllerRunOptions>();
+  CLI::Option* const seconds = add_swarm(run, options);
   CLI::Option* const png = run->add_option("--png", options->png, "Draw the end of the run (.png, .jpg, .pdf, .svg)");
   CLI::Option* const video = run->add_option("--video", options->video, "Draw the whole run (.mp4, .mkv, .mov)");
   CLI::Option* const csv = run->add_option("--csv", options->csv, "Write each robot's pose, ten times a second");
@@ -299,6 +306,53 @@ void add_run(CLI::App& controller) {
     complete(*options);
     options->has_seconds = seconds->count() > 0;
     end_with(options->open || options->pace > 0 ? show_controller(*options) : run_controller(*options));
+  });
+}
+
+// Returns the exit code.
+int prove_controller(const ControllerRunOptions& given) {
+  const std::string name = given.swarm.program.name();
+  sim_ode::TurnLog log(given.swarm.robots);
+  sim_ode::SwarmOptions options = given.swarm;
+  options.log = &log;
+  std::string failure;
+  try {
+    sim_ode::ControllerSwarm swarm(options);
+    try {
+      swarm.run_until(hal::LabTime(static_cast<std::int64_t>(given.seconds * 1e6)), [](const hal::PoseFrame&) {});
+    } catch (const std::runtime_error& error) {
+      failure = error.what();
+    }
+    const sim_ode::Proof proof = sim_ode::prove_program(options.program, log);
+    for (const std::string& cause : proof.causes) fmt::print("{}: {}\n", name, cause);
+    for (const std::string& note : proof.notes) fmt::print("{}: {}\n", name, note);
+    for (const std::string& words : {proof.figures, proof.not_compared})
+      if (!words.empty()) fmt::print("{}: {}\n", name, words);
+    if (!failure.empty()) fmt::print("{}: here {}\n", name, failure);
+    if (proof.causes.empty()) {
+      fmt::print("{}: the same in every output on {}\n", name, hal::counted(options.robots, "robot"));
+      return failure.empty() ? 0 : 1;
+    }
+    fmt::print("{}: different from what it does here, {}\n", name, hal::counted(proof.causes.size(), "cause"));
+    return 1;
+  } catch (const std::runtime_error& error) {
+    fmt::print(stderr, "arkmesh: {}: {}\n", name, error.what());
+    return 2;
+  }
+}
+
+void add_prove(CLI::App& controller) {
+  auto* prove = controller.add_subcommand(
+      "prove", "Runs a Kilobot C program on the robot's own processor, emulated, beside a simulated swarm");
+  const auto options = std::make_shared<ControllerRunOptions>();
+  options->light = "0.3,0";
+  add_swarm(prove, options);
+  prove->footer(
+      "Example:\n  arkmesh controller prove my_robot.c\nNeeds avr-gcc and simavr. Ends with 0 when every output is the "
+      "same, with 1 when one is not, with 2 when it cannot be tried.");
+  prove->callback([options] {
+    complete(*options);
+    end_with(prove_controller(*options));
   });
 }
 
@@ -325,6 +379,7 @@ void add_controller_command(CLI::App* controller) {
   controller->footer("Example:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --png end.png");
 
   add_run(*controller);
+  add_prove(*controller);
   add_build_command(*controller);
   add_ship_command(*controller);
 

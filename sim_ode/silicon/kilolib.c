@@ -36,6 +36,7 @@ distance_measurement_t arkmesh_distance;
 static void (*arkmesh_setup)(void);
 static void (*arkmesh_loop)(void);
 
+#define measured arkmesh_measured /* nobody asks */
 #include "robot_pure.h"
 
 static void serve(void);

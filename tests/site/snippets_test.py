@@ -37,6 +37,7 @@ EMULATOR = "arkmesh emulator experiments/emulator/roark.toml --set arena.ode.ove
 KILOLIB = f"cp -r {ROOT}/tests/data/stand_in_kilolib kilolib\n"
 BEFORE = {
     "install.md": "rm -r experiments\n",
+    "prove.md": f"cp {ROOT}/tests/programs/differs/same.c my_robot.c\n",
     "writing-a-controller.md": EMULATOR + KILOLIB + "cp experiments/light_up/light_up.c my_robot.c\n",
     "writing-a-scenario.md": "cp experiments/light_up/*.toml experiments/light_up/*.c .\n",
     "your-first-testbed.md": EMULATOR + KILOLIB + "arkmesh controller build experiments/light_up/light_up.c -o prog.hex --kilolib kilolib\n"
