@@ -15,5 +15,11 @@ static inline void debug_init() {
 #define debug_init()
 #define printf(...)
 #endif
+/* ARGoS's debug fields, which nobody reads here; arkmesh_say.h has a way to the lab. */
+#define debug_info_create()
+#define debug_info_destroy()
+#define debug_info_get(field)
+#define debug_info_set(field, value)
+#define debug_print(...)
 
 #endif

@@ -74,6 +74,11 @@ int16_t get_temperature();
 uint8_t rand_hard();
 uint8_t rand_soft();
 void rand_seed(uint8_t seed);
+/* Programs call these without stdlib.h: on a robot a pointer fits into the int that is taken for their result. */
+void* malloc(size_t size);
+void* calloc(size_t count, size_t size);
+void* realloc(void* old, size_t size);
+void free(void* block);
 
 #pragma GCC visibility pop
 

@@ -2,6 +2,9 @@
    which may be set and are never called: they serve its display. */
 #ifndef ARKMESH_KILOMBO_H
 #define ARKMESH_KILOMBO_H
+#include <stdio.h>
+#include <stdlib.h>
+
 #include "kilolib.h"
 #define REGISTER_USERDATA(type)  \
   static type arkmesh_user_data; \

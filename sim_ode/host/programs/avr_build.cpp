@@ -72,18 +72,22 @@ AvrBuild::AvrBuild(const ReadProgram& program, std::string name, std::vector<std
   write(folder() / "prelude.h", prelude);
   std::vector<std::string> objects = {"kilolib.o"};
   compile(silicon_folder() / "kilolib.c", objects[0], {"-w", "-Os"});
-  for (const fs::path& file : compiled_alone(program, language_)) {
-    objects.push_back(fmt::format("program{}.o", objects.size()));
-    said_ += compile(file, objects.back(), program.options_for(file));
+  try {
+    for (const fs::path& file : compiled_alone(program, language_)) {
+      objects.push_back(fmt::format("program{}.o", objects.size()));
+      said_ += compile(file, objects.back(), program.options_for(file));
+    }
+    elf_ = link(std::move(objects), "program.elf");
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(error.what() + lies_elsewhere(program, error.what()));
   }
-  elf_ = link(std::move(objects), "program.elf");
 }
 
 std::string AvrBuild::compile(const fs::path& source, const std::string& object,
                               const std::vector<std::string>& options) const {
   std::vector<std::string> command = language_;
   command.insert(command.end(), options.begin(), options.end());
-  command.insert(command.end(), {"-c", source.string(), "-o", (folder() / object).string()});
+  command.insert(command.end(), {"-x", "c", "-c", source.string(), "-o", (folder() / object).string()});
   hal::Finished done = run_avr(std::move(command));
   if (done.status != 0) refuse("does not compile for the robot", done.output);
   return std::move(done.output);

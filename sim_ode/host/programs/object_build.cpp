@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
 #include <regex>
 #include <sstream>
@@ -176,8 +178,32 @@ std::vector<std::string> link_options(const fs::path& kilolib) {
   return words;
 }
 
-// What to do about a function that is missing, and that a C file beside the program's has; else empty.
-std::string defined_beside(const ReadProgram& program, const std::string& sentence) {
+// The compiler had no time left.
+class TooLong : public ProgramError {
+ public:
+  using ProgramError::ProgramError;
+};
+
+}  // namespace
+
+std::string lies_elsewhere(const ReadProgram& program, const std::string& sentence) {
+  const fs::path own = fs::absolute(program.files.front().path).parent_path();
+  std::error_code error;
+  if (const std::size_t end = sentence.find(": No such file or directory"); end != std::string::npos) {
+    const fs::path header = sentence.substr(sentence.rfind(' ', end) + 1, end - sentence.rfind(' ', end) - 1);
+    int left = 2000;  // entries to look at
+    for (fs::recursive_directory_iterator in(own.parent_path(), error), end_of_all;
+         !error && in != end_of_all && left-- > 0; in.increment(error))
+      if (in->path().filename() == header.filename() && in->path().string().ends_with("/" + header.string())) {
+        const std::string path = in->path().string();
+        return fmt::format("; it lies in {0}: name that folder, with -I or `include`",
+                           path.substr(0, path.size() - header.string().size() - 1));
+      }
+    return {};
+  }
+  if (sentence.find("multiple definition of") != std::string::npos) return "; name the files of one program";
+  if (program.files.front().path.extension() != ".c" && sentence.find("error: ") != std::string::npos)
+    return "; robots' programs are compiled as C, whatever they are called";
   constexpr std::string_view missing = "undefined reference to `";
   const std::size_t at = sentence.find(missing);
   if (at == std::string::npos) return {};
@@ -185,9 +211,7 @@ std::string defined_beside(const ReadProgram& program, const std::string& senten
   const std::string name = sentence.substr(begin, sentence.find('\'', begin) - begin);
   if (!wrong_with_macro(name).empty()) return {};
   const std::regex definition("\\b" + name + R"(\s*\([^;{}()]*\)\s*\{)");
-  std::error_code error;
-  for (fs::directory_iterator in(fs::absolute(program.files.front().path).parent_path(), error), end;
-       !error && in != end; in.increment(error)) {
+  for (fs::directory_iterator in(own, error), end; !error && in != end; in.increment(error)) {
     const auto same = [&](const ReadProgram::File& file) {
       return one_spelling(file.path) == one_spelling(in->path());
     };
@@ -199,14 +223,6 @@ std::string defined_beside(const ReadProgram& program, const std::string& senten
   }
   return {};
 }
-
-// The compiler had no time left.
-class TooLong : public ProgramError {
- public:
-  using ProgramError::ProgramError;
-};
-
-}  // namespace
 
 fs::path kilolib_folder() {
   return find_folder("kilolib", fs::path("sim_ode") / "kilolib", "robot.c", "the Kilobot library");
@@ -239,32 +255,45 @@ ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work, std::
 }
 
 // With a robot's types first; with a PC's when that does not compile. Each perhaps because our kilo_ticks is a macro:
-// as a field's name, or declared anew. A variable is as good when its readings are counted.
+// as a field's name, or declared anew. A variable is as good when its readings are counted. Or because another
+// simulator's header brings what this program has not included.
 void ObjectBuild::run() {
-  std::string of_robot_types, of_pc_types;
-  for (const bool pc_types : {false, true})
-    for (const bool plain_clock : {false, true}) {
-      if (plain_clock && !program_.says("kilo_ticks")) continue;
-      plain_clock_ = plain_clock;
-      if (pc_types) pc_types_option_ = "-DARKMESH_PC_TYPES=" + c_string(of_robot_types);
-      try {
-        if (!pc_types) expand();
-        build(waits_for_memory_ || plain_clock ? counting_options : std::vector<std::string>());
-        return;
-      } catch (const TooLong&) {
-        throw;
-      } catch (const ProgramError& error) {
-        std::string& first = pc_types ? of_pc_types : of_robot_types;
-        if (first.empty()) first = error.what();
-      }
+  const bool asks_for_pc_types = std::ranges::any_of(
+      program_.define, [](const std::string& macro) { return macro.starts_with("ARKMESH_PC_TYPES"); });
+  std::string of_robot_types = asks_for_pc_types ? "was not tried" : "", of_pc_types;
+  for (const auto& [pc_types, plain_clock, more_headers] :
+       std::initializer_list<std::array<bool, 3>>{{false, false, false},
+                                                  {false, true, false},
+                                                  {false, false, true},
+                                                  {true, false, false},
+                                                  {true, true, false},
+                                                  {true, false, true}}) {
+    if (plain_clock && !program_.says("kilo_ticks")) continue;
+    if (!pc_types && asks_for_pc_types) continue;
+    if (more_headers && of_robot_types.find("undeclared") == std::string::npos &&
+        of_robot_types.find("unknown type name") == std::string::npos)
+      continue;
+    plain_clock_ = plain_clock;
+    more_headers_ = more_headers;
+    if (pc_types) pc_types_option_ = "-DARKMESH_PC_TYPES=" + c_string(of_robot_types);
+    try {
+      if (!pc_types || asks_for_pc_types) expand();
+      build(waits_for_memory_ || plain_clock ? counting_options : std::vector<std::string>());
+      return;
+    } catch (const TooLong&) {
+      throw;
+    } catch (const ProgramError& error) {
+      std::string& first = pc_types ? of_pc_types : of_robot_types;
+      if (first.empty()) first = error.what();
     }
-  throw ProgramError(of_pc_types + defined_beside(program_, of_pc_types));
+  }
+  throw ProgramError(of_pc_types + lies_elsewhere(program_, of_pc_types));
 }
 
 std::vector<std::string> ObjectBuild::recipe(const ReadProgram& program) {
   const fs::path kilolib = kilolib_folder();
   // of the order of steps in run(), which no option shows: to be counted up when it changes
-  std::vector<std::string> all = {"4"};
+  std::vector<std::string> all = {"5"};
   for (const ReadProgram::File& file : program.files)
     std::ranges::move(language(program, file.path, kilolib, firmware_folder()), std::back_inserter(all));
   for (const auto& part : {counting_options, {plain_clock_option}, link_options(kilolib)})
@@ -285,6 +314,8 @@ void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>
   for (const auto& part : {language(program_, source, kilolib_, firmware_), more})
     command.insert(command.end(), part.begin(), part.end());
   if (plain_clock_) command.push_back(plain_clock_option);
+  if (more_headers_)
+    for (const char* header : {"stdio.h", "stdlib.h", "string.h"}) command.insert(command.end(), {"-include", header});
   if (!pc_types_option_.empty()) command.push_back(pc_types_option_);
   const hal::Finished done = hal::run_to_end(
       {.command = command},

@@ -15,6 +15,8 @@ namespace arkmesh::sim_ode {
 std::filesystem::path kilolib_folder();
 // Likewise arkmesh_id.h and the programs of the set-up procedures, which real robots run as simulated ones do.
 std::filesystem::path firmware_folder();
+// What to do about a function or header that a compiler misses, and that is near the program; else empty.
+std::string lies_elsewhere(const ReadProgram& program, const std::string& sentence);
 
 class ObjectBuild {
  public:
@@ -57,7 +59,7 @@ class ObjectBuild {
   const std::filesystem::path object_;
   const std::chrono::steady_clock::time_point deadline_;
   const std::chrono::milliseconds limit_;
-  bool plain_clock_ = false, waits_for_memory_ = false;
+  bool plain_clock_ = false, more_headers_ = false, waits_for_memory_ = false;
   std::string pc_types_option_;  // empty: a robot's types
 };
 

@@ -20,6 +20,13 @@ bool is_c(const fs::path& file) {
   return file.extension() == ".c" && fs::is_regular_file(file, ignored);
 }
 
+// Of the robot's library, which many keep beside their program.
+bool is_of_kilolib(const fs::path& file) {
+  static const std::set<fs::path> names = {"kilolib.c", "message_crc.c", "ohc.c", "bootldr.c"};
+  std::error_code ignored;
+  return names.contains(file.filename()) && fs::exists(file.parent_path() / "kilolib.h", ignored);
+}
+
 }  // namespace
 
 std::string ProgramSources::name() const {
@@ -44,7 +51,7 @@ std::vector<fs::path> files_of(const ProgramSources& program) {
     }
     const std::size_t before = out.size();
     for (fs::directory_iterator at(path, error), end; !error && at != end; at.increment(error))
-      if (is_c(at->path())) out.push_back(at->path());
+      if (is_c(at->path()) && !is_of_kilolib(at->path())) out.push_back(at->path());
     if (out.size() == before) throw ProgramError(fmt::format("{} holds no C file; name another folder", path.string()));
     std::sort(out.begin() + static_cast<std::ptrdiff_t>(before), out.end());
   }

@@ -90,6 +90,47 @@ TEST_CASE("a block that is freed twice is named, and the robot goes on") {
                 heard.text());
 }
 
+TEST_CASE("a program gets a PC's types when it asks for them") {
+  const Heard heard;
+  SwarmOptions options;
+  options.program = ProgramSources(controller("types.c"));
+  options.program.define = {"ARKMESH_PC_TYPES"};
+  options.robots = 1;
+  ControllerSwarm swarm(options);
+  CHECK_MESSAGE(heard.says("types.c runs with a PC's types"), heard.text());
+}
+
+TEST_CASE("a folder's copy of kilolib is left out, and what is missing is looked for nearby") {
+  const tests::TemporaryDirectory folder;
+  const std::filesystem::path own = folder.path() / "my code", other = folder.path() / "other";
+  for (const std::filesystem::path& each : {own, other}) std::filesystem::create_directory(each);
+  std::ofstream(own / "kilolib.h") << "";
+  for (const char* name : {"kilolib.c", "message_crc.c"})
+    std::ofstream(own / name) << "void kilo_init() { OCR2A = 0; }\n";
+  std::filesystem::copy_file(controller("types.c"), own / "types.c");
+  CHECK_NOTHROW(RobotProgram::load(ProgramSources(own)));
+  std::ofstream(other / "state.h") << "";
+  std::ofstream(own / "types.c") << "#include \"state.h\"\n";
+  CHECK_THROWS_WITH_AS(RobotProgram::load(ProgramSources(own)),
+                       doctest::Contains(("it lies in " + other.string() + ": name that folder").c_str()),
+                       ProgramError);
+}
+
+TEST_CASE("programs that lack headers which other simulators bring along run") {
+  for (const char* macro : {"OF_ROBOTS", "OF_KILOMBO", "OF_ARGOS"}) {
+    CAPTURE(macro);
+    const Heard heard;
+    SwarmOptions options;
+    options.program = ProgramSources(controller("other_headers.c"));
+    options.program.define = {macro};
+    options.robots = 2;
+    ControllerSwarm swarm(options);
+    swarm.run_until(seconds(1), [](const hal::PoseFrame&) {});
+    CHECK(swarm.arena().counters()["robots.heap_misuse"] == 0);
+    CHECK(heard.text() == "");
+  }
+}
+
 TEST_CASE("a robot's heap has its own end") {
   const Heard heard;
   CHECK(run("leaks.c", 4, 10).leds == all(4, hal::Led::blue));
