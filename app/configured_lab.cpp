@@ -74,7 +74,8 @@ ConfiguredLab::ConfiguredLab(hal::Config config, std::filesystem::path directory
 void ConfiguredLab::make_parts(OwnParts* own) {
   const hal::Section root = config_.root();
   const bool in_python = scenarios::python::is_python(run_config_.scenario);
-  const CatalogueEntry python{.name = run_config_.scenario, .make = nullptr};
+  // whom it speaks to shows when it does; what no id fits is counted
+  const CatalogueEntry python{.name = run_config_.scenario, .make = nullptr, .addresses_robots = false};
   const CatalogueEntry& scenario = in_python && !own ? python : chosen_scenario(root, run_config_);
   own_parts_ = own != nullptr;
   if (own) {

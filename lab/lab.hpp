@@ -81,8 +81,8 @@ class Lab {
   }
   void command(const hal::FleetCommand& command) { data_.commands.push_back(command); }
   // What robots have to know before they run: the lab repeats it to all of them right before they begin, before they
-  // run after a reset, and when some may lack it. The newest of each type counts; of at most 8 types
-  // (RobotBook::prepare). What comes while they run is said before their next run, or with that.
+  // run after a reset, and when some may lack it. Those of a type from one call of the scenario replace former
+  // ones (RobotBook::prepare). What comes while they run is said before their next run, or with that.
   void parameters(const hal::WholeMessage& message) { data_.parameters.push_back(message); }
   // The stream "<lab>/<purpose>"; the reference stays good.
   hal::RandomStream& random(std::string_view purpose);

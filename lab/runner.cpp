@@ -192,7 +192,7 @@ void Runner::await_scenario(std::chrono::milliseconds wait) {
 void Runner::deliver() {
   data_.words.retell(data_.now, own_.frame().robots, data_.to_robots);
   if (!data_.states.empty()) port_.say(std::exchange(data_.to_robots, {}), data_.now, own_.frame().number);
-  for (const hal::WholeMessage& message : data_.parameters) book_.prepare(message);
+  book_.prepare(data_.parameters);
   for (const hal::FleetCommand& command : data_.commands) book_.say(RobotBook::Who::scenario, command, data_.now);
   write_rows(data_, recorder_);
   forget_sent(data_);

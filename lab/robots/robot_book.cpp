@@ -9,7 +9,7 @@ namespace arkmesh::lab {
 namespace {
 
 constexpr std::size_t most_pauses = 1000;  // in the result; a scenario may pause its robots all the time
-constexpr std::size_t most_parameters = 8;
+constexpr std::size_t most_parameters = 64;
 constexpr hal::LabTime again_after{5'000'000};
 
 // Robots rest, and a word that makes them stand would wake them.
@@ -47,12 +47,16 @@ void RobotBook::say(Who who, const hal::FleetCommand& command, hal::LabTime now,
   if (again && told_ == command.kind) tell(command, now);  // for robots that did not hear it
 }
 
-void RobotBook::prepare(const hal::WholeMessage& parameters) {
-  const auto known = parameters_.find(parameters.type);
-  if (known == parameters_.end() && parameters_.size() == most_parameters)
-    return counters_.add("parameters.refused.too_many");
-  if (known != parameters_.end() && known->second == parameters.data) return;
-  parameters_.insert_or_assign(parameters.type, parameters.data);
+void RobotBook::prepare(std::span<const hal::WholeMessage> parameters) {
+  std::vector<hal::WholeMessage> all = parameters_;
+  std::erase_if(all, [&](const hal::WholeMessage& known) {
+    return std::ranges::find(parameters, known.type, &hal::WholeMessage::type) != parameters.end();
+  });
+  all.insert(all.end(), parameters.begin(), parameters.end());
+  std::ranges::stable_sort(all, {}, &hal::WholeMessage::type);
+  if (all == parameters_) return;
+  if (all.size() > most_parameters) return counters_.add("parameters.refused.too_many", parameters.size());
+  parameters_ = std::move(all);
   parameters_due_ = true;
 }
 
@@ -75,7 +79,8 @@ void RobotBook::catch_up(hal::LabTime now) {
   for (const hal::RobotId robot : lost.restarted) doubt(robot);
   if (std::exchange(openings_, lost.openings) != lost.openings) doubt(hal::everyone);
   for (const std::uint8_t type : lost.broadcasts)
-    if (parameters_.contains(type)) parameters_due_ = lack_ = true;
+    if (std::ranges::find(parameters_, type, &hal::WholeMessage::type) != parameters_.end())
+      parameters_due_ = lack_ = true;
   if (told_ != Kind::run || !lack_ || now - lack_told_ < again_after) return;
   lack_told_ = now;
   parameters_due_ = lack_ = false;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,9 +48,9 @@ class RobotBook {
   void say(Who who, const hal::FleetCommand& command, hal::LabTime now, std::string_view name = {});
 
   // Start parameters: said to all robots, over and over, before they run for the first time, since a reset, since the
-  // parameters changed or since one of them may not have gone out. The newest of a type replaces the former. What is
-  // one type too many is refused and counted.
-  void prepare(const hal::WholeMessage& parameters);
+  // parameters changed or since one of them may not have gone out. Those of a type replace all former ones of that
+  // type. What are more than 64 in all is refused and counted.
+  void prepare(std::span<const hal::WholeMessage> parameters);
 
   // A frame of an arena that keeps real time: robots seen again after so long lack what they were told.
   void see(const hal::PoseFrame& frame);
@@ -90,8 +91,8 @@ class RobotBook {
   std::array<Wish, 4> wishes_{Wish{Kind::run, "operator"}, Wish{Kind::run, "safety"}, Wish{Kind::run, "lost peer"},
                               Wish{Kind::run, "scenario"}};  // by Who
   bool begun_ = false, ended_ = false;
-  Kind told_ = Kind::pause;                                         // robots that nobody has told anything stand
-  std::map<std::uint8_t, std::array<std::uint8_t, 9>> parameters_;  // by type
+  Kind told_ = Kind::pause;                    // robots that nobody has told anything stand
+  std::vector<hal::WholeMessage> parameters_;  // by type
   bool parameters_due_ = true;
   bool reset_ = false;  // since robots ran last
   bool lack_ = false;   // robots that run may lack what they were told

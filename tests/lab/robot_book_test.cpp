@@ -98,10 +98,10 @@ TEST_CASE("a reset is done once and keeps robots still until the same one lets t
 }
 
 TEST_CASE("start parameters are repeated before robots run, and again after a reset or when they change") {
+  using Given = std::vector<hal::WholeMessage>;
   RegisterBench b;
-  b.wishes.prepare({10, {1}});
-  b.wishes.prepare({11, {2}});
-  b.wishes.prepare({10, {3}});  // replaces the first
+  b.wishes.prepare(Given{{10, {1}}, {10, {7}}, {11, {2}}});
+  b.wishes.prepare(Given{{10, {3}}});  // replaces both of its type
   b.say(Who::operators, Kind::pause);
   b.wishes.begin(hal::LabTime{0});
   CHECK(b.told() == std::vector{Kind::pause});
@@ -116,7 +116,7 @@ TEST_CASE("start parameters are repeated before robots run, and again after a re
   CHECK(b.told() == all);
   CHECK(b.arena.robots().broadcasts[0] == hal::WholeMessage{10, {3}});
   CHECK(b.arena.robots().broadcasts[1] == hal::WholeMessage{11, {2}});
-  b.wishes.prepare({11, {2}});  // no news
+  b.wishes.prepare(Given{{11, {2}}});  // no news
   b.say(Who::safety, Kind::pause);
   b.say(Who::safety, Kind::run);
   all.insert(all.end(), {Kind::pause, Kind::run});
@@ -125,13 +125,22 @@ TEST_CASE("start parameters are repeated before robots run, and again after a re
   b.say(Who::operators, Kind::run);
   all.push_back(Kind::reset);
   CHECK(b.told() == (all = and_run(all)));
-  b.wishes.prepare({11, {4}});
+  b.wishes.prepare(Given{{11, {4}}});
   b.say(Who::safety, Kind::pause);
   b.say(Who::safety, Kind::run);
   all.push_back(Kind::pause);
   CHECK(b.told() == and_run(all));
-  for (std::uint8_t type = 20; type < 27; ++type) b.wishes.prepare({type, {}});
-  CHECK(b.wishes.counters()["parameters.refused.too_many"] == 1);
+  b.wishes.prepare(Given(63, {12, {}}));
+  CHECK(b.wishes.counters()["parameters.refused.too_many"] == 63);
+}
+
+TEST_CASE("parameters of one type for several robots are all said") {
+  RegisterBench b;
+  b.wishes.prepare(std::vector<hal::WholeMessage>{{10, {1, 5}}, {10, {2, 6}}});
+  b.wishes.begin(hal::LabTime{0});
+  REQUIRE(b.arena.robots().broadcasts.size() == 8);
+  CHECK(b.arena.robots().broadcasts[0] == hal::WholeMessage{10, {1, 5}});
+  CHECK(b.arena.robots().broadcasts[1] == hal::WholeMessage{10, {2, 6}});
 }
 
 TEST_CASE("what a platform does not carry is passed on to be refused, and changes nothing") {
@@ -164,7 +173,7 @@ namespace {
 // Robots run, with one start parameter and a word each, and everything that was told is forgotten by the test.
 struct RunningBench : RegisterBench {
   RunningBench() {
-    wishes.prepare({10, {1}});
+    wishes.prepare(std::vector<hal::WholeMessage>{{10, {1}}});
     wishes.begin({});
     for (const hal::RobotId robot : {1, 2}) words.due({}, {.robot = robot, .kind = 1}, true, second);
     arena.robots().commands.clear();

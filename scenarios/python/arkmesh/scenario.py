@@ -187,7 +187,8 @@ class Lab(Kit):
 
     def parameters(self, data, type):  # pylint: disable=redefined-builtin
         """What robots have to know before they run: repeated to all of them right before they begin, and before they run after
-        a reset. The newest of a type counts, of 8 types at most. `data` and `type` as in message()."""
+        a reset. Those of a type that are given in one call of the scenario, such as one for each robot with its id in `data`, replace
+        former ones of that type; 64 in all at most. `data` and `type` as in message()."""
         self._said.setdefault("parameters", []).append({"type": self._type(type), "data": _nine_bytes(data)})
 
     def _type(self, given):
@@ -201,8 +202,8 @@ class Lab(Kit):
         given = numpy.asarray(given)
         if given.shape not in ((), (n,)):
             raise ValueError(f"{name} is one number, or {n} of them, and has the shape {given.shape}")
-        if given.dtype.kind == "b" and low <= 0 and high >= 1:
-            return given.view(numpy.uint8)
+        if given.dtype.kind == "b":
+            given = given.view(numpy.uint8)
         if given.dtype.kind not in "iuf" or (given.dtype.kind == "f" and not (given == numpy.floor(given)).all()):
             raise ValueError(f"{name} must be whole numbers, and holds others, or NaN")
         if given.size and (given.min() < low or given.max() > high):
