@@ -279,6 +279,29 @@ inline void check_commands(const ArenaRow& row) {
   CHECK(frame->number == 3);
 }
 
+// What an arena gives up it tells once, and of what it carries in time it tells nothing: neither words nor broadcasts,
+// but those of a flood that it refuses.
+inline void check_not_heard(const ArenaRow& row) {
+  const auto arena = row.make();
+  const ArenaInfo& info = arena->info();
+  hal::advance(*arena, LabTime{0});
+  const std::uint64_t openings = arena->robots().not_heard().openings;
+  const auto given_up = [&] {
+    const NotHeard lost = arena->robots().not_heard();
+    CHECK(lost.openings == openings);
+    for (const RobotId robot : lost.words) CHECK(std::ranges::binary_search(info.robots, robot));
+    return lost.broadcasts.size() + lost.words.size();
+  };
+  CHECK(given_up() == 0);
+  arena->robots().offer(std::vector<ToRobot>{message_to(info, 0), message_to(info, 0, 1)});
+  arena->robots().command({.kind = FleetCommand::Kind::broadcast, .type = 120});
+  for (int n = 1; n <= 8; ++n) hal::advance(*arena, n * info.frame_period);
+  CHECK(given_up() == 0);
+  for (int i = 0; i < 200; ++i) arena->robots().command({.kind = FleetCommand::Kind::broadcast, .type = 121});
+  CHECK(given_up() == (arena->counters()["fleet_command.refused.too_many"] > 0));
+  CHECK(given_up() == 0);
+}
+
 // Robots of a program that walks stand once they were reset, and walk again when they are told to run.
 inline void check_reset(const ArenaRow& row) {
   using namespace std::chrono_literals;

@@ -158,6 +158,11 @@ TEST_CASE("arena: commands") {
   for_each_arena(check_commands);
 }
 
+TEST_CASE("arena: what was not heard") {
+  // Whoever owns what robots know learns from every arena what did not go out, once.
+  for_each_arena(check_not_heard);
+}
+
 TEST_CASE("arena: reset") {
   // Where robots run a program, a reset means the same: they begin it again, and wait for run.
   for (const tests::ArenaRow& row : rows())
