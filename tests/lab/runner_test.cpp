@@ -207,6 +207,24 @@ TEST_CASE("quick words of an operator leave the last one, and the end outlasts t
   CHECK(bench.runner.robot_book().kept_still_by() == "end");
 }
 
+TEST_CASE("a word that was told once is told again after a reset, and when robots run again") {
+  // By the lab itself: the scenario asks for it in one frame only. What it says is said once.
+  lab::RunConfig config = config_of_one_lab();
+  config.last_period = 80;
+  Bench bench(config);
+  bench.scenario.tells_at = 3;
+  const auto told = [&](hal::LabTime until) {
+    while (bench.runner.lab().now() < until) bench.step();
+    return std::ranges::count(bench.arena.robots().offered, 7, &hal::ToRobot::kind);
+  };
+  CHECK(told(2s) == 1);
+  CHECK(bench.runner.perform(fleet_command_t::reset).empty());
+  CHECK(told(8s) == 4);
+  CHECK(bench.runner.perform(fleet_command_t::run).empty());
+  CHECK(told(19s) == 7);
+  CHECK(bench.runner.drops()["to_robots.told_again"] == 6);
+}
+
 TEST_CASE("a run has ended when its arena has, and says who was not seen to stand") {
   Bench bench;
   bench.arena.ends_after = 50;

@@ -39,6 +39,9 @@ TEST_CASE("a trial counts each slot's words beside the room of the arena in use"
     CHECK(slot.in_one_s * 10 >= slot.words);
     CHECK(need.air.refused == 0);
     CHECK(need.air.offered == need.all.words);
+    CHECK(need.anew % 3 == 0);
+    CHECK(need.anew > 0);
+    CHECK(need.anew <= 20 * 3);
   }
 }
 
