@@ -209,7 +209,7 @@ TEST_CASE("quick words of an operator leave the last one, and the end outlasts t
 
 TEST_CASE("a word that was told once is told again after a reset, and when robots run again") {
   // By the lab itself: the scenario asks for it in one frame only. What it says is said once.
-  lab::RunConfig config = config_of_one_lab();
+  lab::RunConfig config = tests::config_of_one_lab();
   config.last_period = 80;
   Bench bench(config);
   bench.scenario.tells_at = 3;

@@ -126,7 +126,7 @@ TEST_CASE("a program of several files is checked for the robot") {
   }
   const CheckedProgram checked = check_program(several());
   CHECK(checked.fits());
-  CHECK(checked.ram_bytes >= ram_library_bytes + 45);  // the list, its length, rounds, heard
+  CHECK(checked.sizes.ram >= ram_library_bytes + 45);  // the list, its length, rounds, heard
   ProgramSources wrong = several();
   wrong.define.clear();
   CHECK_THROWS_WITH(check_program(wrong), doctest::Contains("give SHOWN"));

@@ -57,7 +57,8 @@ struct Robots {
         memory(reinterpret_cast<char*>(&now), first, robots),
         turns(program(), memory, heaps, files, bodies, *guard,
               std::vector<RobotClock>(static_cast<std::size_t>(robots)),
-              std::vector<SendTimer>(static_cast<std::size_t>(robots), SendTimer(0, {1, "send"})), false, nullptr) {
+              std::vector<SendTimer>(static_cast<std::size_t>(robots), SendTimer(0, {1, "send"})), false, nullptr,
+              nullptr) {
     for (int i = 0; i < robots; ++i) CHECK(turns.boot(i).kind == Fault::Kind::left);
   }
   static const arkmesh_program& program() {
