@@ -158,6 +158,8 @@ TEST_CASE("an installed program brings along what it compiles against") {
                         std::filesystem::copy_options::recursive);
   std::filesystem::copy(std::filesystem::path(ARKMESH_SOURCE_DIR) / "hal" / "platforms" / "kilobot" / "firmware",
                         kilolib.parent_path() / "firmware", std::filesystem::copy_options::recursive);
+  std::filesystem::copy(std::filesystem::path(ARKMESH_SOURCE_DIR) / "sim_ode" / "silicon",
+                        kilolib.parent_path() / "silicon");
   std::ofstream(kilolib / "kilolib.h", std::ios::app) << "#define INSTALLED_COPY 1\n";
   const auto program = folder.path() / "where.c";
   std::ofstream(program)
