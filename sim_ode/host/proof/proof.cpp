@@ -301,6 +301,8 @@ Proof prove_program(const ProgramSources& sources, const TurnLog& log) {
     if (line[0] == "robot" && number(5) > 0) shortest = shortest == 0 ? number(5) : std::min(shortest, number(5));
   }
 
+  if (found.empty() && longest == 0) throw std::runtime_error("no robot's program was called, so nothing was compared");
+
   // The same again with the compiler's checks, on a processor with room for them.
   Reasons reasons;
   if (!found.empty()) {
