@@ -43,7 +43,6 @@ CommandRights::CommandRights(const RunConfig& config, std::uint64_t run_id)
 }
 
 std::optional<Refusal> CommandRights::refusal(const std::string& peer, const operator_command_t& message, Now now) {
-  const int command = message.command.command;
   if (auto refusal = peer.empty() ? unproved(message, now) : forbidden(peer, message, now)) return refusal;
   Giver& giver = givers_.find(peer)->second;
   if (auto refusal = unfit(giver, message, now)) return refusal;
