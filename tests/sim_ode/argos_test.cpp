@@ -89,7 +89,8 @@ TEST_CASE("argos: who wins") {
   // Of 600 ticks in which 2, 3, 4, 5, 8 robots that reach each other send all the time, 398, 597, 590, 580 and 596
   // messages went in ARGoS; by the rule 400, 600, 585, 595, 600. A robot that nobody reaches always wins.
   for (const auto& [robots, went] : {std::pair{2, 398}, {3, 597}, {4, 590}, {5, 580}, {8, 596}}) {
-    CAPTURE(robots);
+    const int senders = robots;
+    CAPTURE(senders);
     double sum = 0;
     for (std::uint64_t seed = 1; seed <= 8; ++seed) {
       Standing crowd(close_together(robots), argos(), seed);
@@ -220,7 +221,8 @@ TEST_CASE("argos: programs that depend on it do by it what their authors saw, an
   for (const auto& [program, sentence] : {std::pair{"best_of_two.c", "types above 127"},
                                           {"empty_checksum.c", "their checksum is not"},
                                           {"near_words.c", "by assumption 143 mm, in ARGoS 0"}}) {
-    CAPTURE(program);
+    const std::string name = program;
+    CAPTURE(name);
     const auto [agree, nothing] = run(program, "infrared = \"argos\"");
     CHECK(agree == 16);
     CHECK(nothing.empty());
