@@ -32,7 +32,8 @@ struct Standing {
     inbox.overhead.clear();
     exchange_infrared(tick, world, host, medium, inbox.infrared);
     for (const Reception& reception : inbox.infrared)
-      ++heard_by[static_cast<std::size_t>(reception.robot) * leds_count() + reception.message.data[0]];
+      if (reception.message.data[0] < leds_count())  // programs that begin with their id
+        ++heard_by[static_cast<std::size_t>(reception.robot) * leds_count() + reception.message.data[0]];
   }
   std::size_t leds_count() const { return world.x().size(); }
   // Messages of `sender` that `listener` has heard.
