@@ -55,11 +55,6 @@ Observation from_message(const robot_pose_t& pose) {
 
 }  // namespace
 
-bool is_lab_name(std::string_view name) {
-  const auto allowed = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-'; };
-  return !name.empty() && name.size() <= max_lab_name && std::all_of(name.begin(), name.end(), allowed);
-}
-
 std::vector<pose_frame_t> to_messages(const PoseFrame& frame) {
   const std::size_t robots = frame.robots.size();
   std::vector<object_pose_t> objects;

@@ -1,5 +1,4 @@
-// Lab values <-> LCM messages, and the channel names of a lab. The only place where the two meet, but for what
-// scenarios draw (drawing_message).
+// Lab values <-> LCM messages. The only place where the two meet, but for what scenarios draw (drawing_message).
 #pragma once
 
 #include <optional>
@@ -15,21 +14,11 @@
 #include "arkmesh/pose_frame_t.hpp"
 #include "arkmesh/to_robots_t.hpp"
 #include "hal/arena.hpp"
+#include "hal/channel_names.hpp"
 #include "hal/counters.hpp"
 #include "hal/types.hpp"
 
 namespace arkmesh::hal {
-
-// Channel names on a lab's bus. What lab `roark` exports as `world` is `roark/world` elsewhere.
-namespace channel {
-inline const std::string poses = "poses", to_robots = "to_robots", from_robots = "from_robots",
-                         fleet_command = "fleet_command", arena = "arena", world = "world", status = "status",
-                         shared = "shared", peers = "peers", overlay = "overlay", robot_texts = "robot_texts";
-}
-inline constexpr std::size_t max_lab_name = 15;  // LCM allows 63 bytes a channel: lab + '/' + channel
-inline constexpr std::size_t max_channel_name = 47;
-// [a-z0-9_-]{1,15}
-bool is_lab_name(std::string_view name);
 
 // One message, or several parts with at most 1000 robots each.
 std::vector<pose_frame_t> to_messages(const PoseFrame& frame);

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "hal/messages.hpp"
+#include "hal/channel_names.hpp"
 
 namespace arkmesh::hal {
 

@@ -2,7 +2,7 @@
 
 #include <boost/endian/conversion.hpp>
 
-#include "hal/messages.hpp"
+#include "hal/channel_names.hpp"
 
 namespace arkmesh::hal {
 
