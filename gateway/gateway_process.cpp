@@ -25,6 +25,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/config.hpp"
+#include "gateway/connections.hpp"
 #include "gateway/federation/nats_address.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/links.hpp"
@@ -32,7 +33,6 @@
 #include "gateway/metrics_server.hpp"
 #include "gateway/port_monitor.hpp"
 #include "gateway/reload_door.hpp"
-#include "gateway/tcp_node.hpp"
 #include "gateway/tls_keys.hpp"
 #include "hal/bus.hpp"
 #include "hal/bus_config.hpp"
@@ -278,7 +278,7 @@ class GatewayProcess {
       keys_ = std::make_shared<TlsKeys>(KeyFolder(config_.gateway.keys), config_.lab);
     settings.keys = keys_;
     settings.notice = [this](const std::string& sentence) { notice_ = sentence; };
-    node_ = std::make_unique<TcpNode>(io_, std::move(settings));
+    node_ = std::make_unique<Connections>(io_, std::move(settings));
 
     std::vector<std::unique_ptr<Link>> links;
     for (const PeerConfig& peer : config_.gateway.peers)
@@ -394,7 +394,7 @@ class GatewayProcess {
   asio::signal_set signals_;
   ReloadDoor door_;
   std::shared_ptr<TlsKeys> keys_;  // null where nothing is TLS
-  std::unique_ptr<TcpNode> node_;
+  std::unique_ptr<Connections> node_;
   std::unique_ptr<Gateway> gateway_;  // holds the node's links
   std::unique_ptr<hal::Bus::Subscription> watched_;
   std::unique_ptr<MetricsServer> metrics_;  // null: nobody asked for it

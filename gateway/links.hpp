@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "gateway/config.hpp"
+#include "gateway/connections.hpp"
 #include "gateway/link.hpp"
-#include "gateway/tcp_node.hpp"
 
 namespace arkmesh::gateway {
 
 // The gateway that a link belongs to; all of it outlives the link.
 struct LinkSurroundings {
   boost::asio::io_context& io;
-  TcpNode& node;  // where TCP's connections are accepted
+  Connections& node;  // where TCP's connections are accepted
   const std::string& lab;
   std::uint64_t boot_id;  // grows with each start of this lab's gateway; never 0
   const GatewayConfig& config;

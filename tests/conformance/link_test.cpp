@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "gateway/connections.hpp"
 #include "gateway/loopback.hpp"
-#include "gateway/tcp_node.hpp"
 #include "tests/conformance/link_conformance.hpp"
 #include "tests/examples/folder_link.hpp"
 #include "tests/support/network/impairment_proxy.hpp"
@@ -62,7 +62,7 @@ class ProxiedWorld : public LoopWorld {
   }
 
   TestKeys keys_;
-  std::map<std::string, std::unique_ptr<TcpNode>> nodes_;
+  std::map<std::string, std::unique_ptr<Connections>> nodes_;
   std::unique_ptr<ImpairmentProxy> proxy_;
 };
 
@@ -86,7 +86,7 @@ class TcpWorld final : public ProxiedWorld {
     TcpSettings settings = tcp_settings(lab, ++boot_id_);
     settings.listen = listen;
     if (tls_) settings.keys = keys_.tls(lab);
-    nodes_[lab] = std::make_unique<TcpNode>(io_, std::move(settings));
+    nodes_[lab] = std::make_unique<Connections>(io_, std::move(settings));
   }
 
   const bool tls_;
@@ -103,7 +103,7 @@ class NatsWorld final : public ProxiedWorld {
     TcpSettings settings = tcp_settings(lab, ++boot_id_);
     settings.keys = keys_.tls(lab);
     settings.federation.encrypt = encrypt_;
-    nodes_[lab] = std::make_unique<TcpNode>(io_, std::move(settings));
+    nodes_[lab] = std::make_unique<Connections>(io_, std::move(settings));
     const std::uint16_t port = lab == "left" ? server_.port() : proxy_->port();
     return nodes_.at(lab)->federation_link(other(lab), "127.0.0.1:" + std::to_string(port), false);
   }

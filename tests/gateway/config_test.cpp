@@ -73,7 +73,7 @@ TEST_CASE("a peer's address may say that it is TCP's") {
     REQUIRE(config.peers.size() == 1);
     CHECK(config.peers[0].connect == connect);
     boost::asio::io_context io;
-    TcpNode node(io, {.lab = "shark", .boot_id = 1});
+    Connections node(io, {.lab = "shark", .boot_id = 1});
     CHECK(make_link({io, node, "shark", 1, config}, config.peers[0])->peer() == "roark");
   }
 }

@@ -188,7 +188,7 @@ TEST_CASE("a stalled peer costs no more than its outbox") {
     boost::asio::io_context io;
     TcpSettings settings = tcp_settings("shark", 100);
     settings.listen = "127.0.0.1:0";
-    auto node = std::make_unique<TcpNode>(io, settings);
+    auto node = std::make_unique<Connections>(io, settings);
     auto stalled = node->link("roark"), healthy = node->link("lynx");
     for (Link* link : {stalled.get(), healthy.get()})
       link->start({.arrived = [](auto, auto) {}, .changed = [](auto, auto) {}});

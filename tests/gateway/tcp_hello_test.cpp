@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/tcp_node.hpp"
+#include "gateway/connections.hpp"
 #include "hal/config.hpp"
 #include "hal/random.hpp"
 #include "tests/support/network/raw_peer.hpp"
@@ -22,7 +22,7 @@ using boost::asio::ip::tcp;
 struct Listening {
   boost::asio::io_context io;
   std::vector<std::string> notices;
-  std::unique_ptr<TcpNode> node;
+  std::unique_ptr<Connections> node;
   std::unique_ptr<Link> link;
   std::vector<std::string> whys;  // of each change
   std::vector<std::string> arrived;
@@ -31,7 +31,7 @@ struct Listening {
     TcpSettings settings = tcp_settings("shark", boot_id);
     settings.listen = "127.0.0.1:0";
     settings.notice = [this](const std::string& sentence) { notices.push_back(sentence); };
-    node = std::make_unique<TcpNode>(io, std::move(settings));
+    node = std::make_unique<Connections>(io, std::move(settings));
     link = node->link("roark");
     link->start({.arrived = [this](std::string_view channel, auto) { arrived.emplace_back(channel); },
                  .changed = [this](bool, std::string_view why) { whys.emplace_back(why); }});
@@ -178,7 +178,7 @@ TEST_CASE("the connecting side judges as well") {
     });
   };
   accept();
-  TcpNode node(io, tcp_settings("shark", 3));
+  Connections node(io, tcp_settings("shark", 3));
   const auto link = node.link("roark", "127.0.0.1:" + std::to_string(acceptor.local_endpoint().port()));
   std::vector<std::string> whys;
   link->start({.arrived = [](auto, auto) {},
@@ -320,7 +320,7 @@ TEST_CASE("nobody is met before a link starts") {
   boost::asio::io_context io;
   TcpSettings settings = tcp_settings("shark", 100);
   settings.listen = "127.0.0.1:0";
-  TcpNode node(io, std::move(settings));
+  Connections node(io, std::move(settings));
   const auto link = node.link("roark");
   RawPeer peer(io, node.listening().port());
   peer.listen();
@@ -396,7 +396,7 @@ TEST_CASE("a port in use and an address of another machine are refused in words"
   const std::string port = std::to_string(shark.node->listening().port());
   TcpSettings settings = tcp_settings("roark", 1);
   settings.listen = "127.0.0.1:" + port;
-  CHECK_THROWS_WITH_AS(TcpNode(shark.io, settings),
+  CHECK_THROWS_WITH_AS(Connections(shark.io, settings),
                        ("TCP port " + port +
                         " of 127.0.0.1 is in use by another program; stop it (ss -ltnp shows it) or give "
                         "gateway.listen another port")
@@ -405,7 +405,7 @@ TEST_CASE("a port in use and an address of another machine are refused in words"
   for (const char* elsewhere :
        {"0.0.0.0:7830", "10.0.0.1:7830", "192.168.1.5:80", "[::]:7830", "[2001:db8::1]:7830", "example.org:7830"}) {
     settings.listen = elsewhere;
-    CHECK_THROWS_AS(TcpNode(shark.io, settings), hal::ConfigError);
+    CHECK_THROWS_AS(Connections(shark.io, settings), hal::ConfigError);
     CHECK_THROWS_AS((void)shark.node->link("lynx", elsewhere), hal::ConfigError);
   }
 }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/tcp_node.hpp"
+#include "gateway/connections.hpp"
 #include "tests/support/network/raw_peer.hpp"
 #include "tests/support/network/tcp_bench.hpp"
 #include "tests/support/network/test_keys.hpp"
@@ -20,7 +20,7 @@ using boost::asio::ip::tcp;
 // One lab's gateway.
 struct TlsEnd {
   std::vector<std::string> notices, arrived;
-  std::unique_ptr<TcpNode> node;
+  std::unique_ptr<Connections> node;
   std::unique_ptr<Link> link;
 
   TlsEnd(boost::asio::io_context& io, const std::string& lab, std::shared_ptr<TlsKeys> keys,
@@ -29,7 +29,7 @@ struct TlsEnd {
     settings.listen = listen;
     settings.keys = std::move(keys);
     settings.notice = [this](const std::string& sentence) { notices.push_back(sentence); };
-    node = std::make_unique<TcpNode>(io, std::move(settings));
+    node = std::make_unique<Connections>(io, std::move(settings));
   }
   void expect(const std::string& peer) { start(node->link(peer)); }
   void connect(const std::string& peer, const TlsEnd& to, const std::string& host = "127.0.0.1") {

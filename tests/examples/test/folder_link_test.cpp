@@ -28,7 +28,7 @@ void add_row() {
 struct Lab {
   hal::Bus bus{"memq://"};
   gateway::GatewayConfig config;
-  gateway::TcpNode node;
+  gateway::Connections node;
   gateway::Gateway gateway;
 
   static gateway::GatewayConfig read(const std::string& name, const std::string& peer, const std::string& folder) {

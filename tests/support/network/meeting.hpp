@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/connections.hpp"
 #include "gateway/federation/packet.hpp"
 #include "gateway/federation/relay.hpp"
 #include "gateway/federation/seals.hpp"
-#include "gateway/tcp_node.hpp"
 #include "tests/support/network/accounts.hpp"
 #include "tests/support/network/hostile_nats.hpp"
 #include "tests/support/network/tcp_bench.hpp"
@@ -29,7 +29,7 @@ struct MeetingLab {
   std::string name;
   std::vector<std::string> notices;
   std::map<std::string, std::vector<std::string>> heard;  // on `events`, by peer
-  std::unique_ptr<gateway::TcpNode> node;
+  std::unique_ptr<gateway::Connections> node;
   std::map<std::string, std::unique_ptr<gateway::Link>> links;  // by peer
 
   bool up(const std::string& peer) const { return links.at(peer)->stats().up; }
@@ -73,7 +73,7 @@ struct Meeting {
     settings.keys = keys.tls(name);
     settings.federation.encrypt = habits.encrypt;
     settings.notice = [&lab](const std::string& sentence) { lab.notices.push_back(sentence); };
-    lab.node = std::make_unique<gateway::TcpNode>(io, std::move(settings));
+    lab.node = std::make_unique<gateway::Connections>(io, std::move(settings));
     for (const std::string& peer : peers) {
       auto& link = lab.links[peer];
       link = lab.node->federation_link(peer, habits.connect.empty() ? server.address() : habits.connect, false);

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "gateway/tcp_node.hpp"
+#include "gateway/connections.hpp"
 
 namespace arkmesh::tests {
 

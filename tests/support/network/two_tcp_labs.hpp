@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/connections.hpp"
 #include "gateway/gateway.hpp"
-#include "gateway/tcp_node.hpp"
 #include "hal/bus.hpp"
 #include "tests/support/network/impairment_proxy.hpp"
 #include "tests/support/network/tcp_bench.hpp"
@@ -30,7 +30,7 @@ struct TcpLab {
       bus.subscribe("[^/]+/.*", [this](std::string_view channel, auto bytes) {
         heard.emplace_back(channel, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
       });
-  std::unique_ptr<gateway::TcpNode> node;
+  std::unique_ptr<gateway::Connections> node;
   std::unique_ptr<gateway::Gateway> gateway;
 
   void publish(const std::string& channel, std::string_view text) {
@@ -70,7 +70,7 @@ struct TwoTcpLabs {
     lab.node.reset();
     const std::string name = settings.lab;
     const std::uint64_t boot = settings.boot_id;
-    lab.node = std::make_unique<gateway::TcpNode>(io, std::move(settings));
+    lab.node = std::make_unique<gateway::Connections>(io, std::move(settings));
     std::vector<std::unique_ptr<gateway::Link>> links;
     links.push_back(lab.node->link(peer, connect));
     lab.gateway = std::make_unique<gateway::Gateway>(

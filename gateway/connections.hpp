@@ -20,7 +20,7 @@
 #include "gateway/hello.hpp"
 #include "gateway/link.hpp"
 #include "gateway/session.hpp"
-#include "gateway/tcp_link.hpp"
+#include "gateway/session_link.hpp"
 #include "hal/counters.hpp"
 #include "hal/random.hpp"
 
@@ -52,14 +52,14 @@ struct TcpSettings {
   std::chrono::milliseconds path_retry{100};
 };
 
-class TcpNode final : private Session::Owner {
+class Connections final : private Session::Owner {
  public:
   // `io` outlives the node. Throws hal::ConfigError (an address that cannot be) and std::runtime_error (port in use),
   // one sentence.
-  TcpNode(boost::asio::io_context& io, TcpSettings settings);
-  ~TcpNode();
-  TcpNode(const TcpNode&) = delete;
-  TcpNode& operator=(const TcpNode&) = delete;
+  Connections(boost::asio::io_context& io, TcpSettings settings);
+  ~Connections();
+  Connections(const Connections&) = delete;
+  Connections& operator=(const Connections&) = delete;
 
   // The link to one peer; `connect` empty: it is expected to connect to us. The node outlives its links.
   // Throws hal::ConfigError when `connect` is no loopback address.
@@ -84,7 +84,7 @@ class TcpNode final : private Session::Owner {
   hal::Counters counters() const;
 
  private:
-  friend class TcpLink;
+  friend class SessionLink;
   void on_hello(Session& session, const Hello& hello) override;
   void on_up(Session&) override {}                           // never: pending sessions are not accepted here
   void on_message(Session&, const MessageView&) override {}  // never
@@ -116,7 +116,7 @@ class TcpNode final : private Session::Owner {
   std::vector<Pending> pending_;  // oldest first
   Session::Time keys_read_;
   std::map<std::string, std::unique_ptr<Federation>> federations_;  // by their servers; outlive the links
-  std::vector<TcpLink*> links_;
+  std::vector<SessionLink*> links_;
   hal::RandomStream chance_;  // for the retry times
   std::string last_notice_;
   hal::Counters counters_;

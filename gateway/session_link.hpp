@@ -1,5 +1,5 @@
 // The link to one peer over TCP, TLS or a NATS server: keeps one session open, connecting again with growing pauses or
-// waiting to be connected to, and keeps what is to be sent meanwhile. Made by TcpNode::link().
+// waiting to be connected to, and keeps what is to be sent meanwhile. Made by Connections::link().
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -20,15 +20,15 @@
 namespace arkmesh::gateway {
 
 class Federation;
-class TcpNode;
+class Connections;
 
 // Where a peer is: it listens on this machine without encryption, or anywhere over TLS, or comes to a federation.
 using Target = std::variant<boost::asio::ip::tcp::endpoint, Host, Federation*>;
 
-class TcpLink final : public Link, private Session::Owner {
+class SessionLink final : public Link, private Session::Owner {
  public:
-  TcpLink(TcpNode& node, std::string peer, std::optional<Target> connect);
-  ~TcpLink() override;
+  SessionLink(Connections& node, std::string peer, std::optional<Target> connect);
+  ~SessionLink() override;
 
   const std::string& peer() const override { return peer_; }
   void start(Events events) override;
@@ -63,7 +63,7 @@ class TcpLink final : public Link, private Session::Owner {
   void connect();
   std::uint64_t meet(const Hello& hello);
 
-  TcpNode& node_;
+  Connections& node_;
   const std::string peer_;
   const std::optional<Target> connect_;
   std::shared_ptr<Attempts> attempts_ = std::make_shared<Attempts>();  // shared with their streams

@@ -1,5 +1,5 @@
 // One timer serves all sessions and links of the node.
-#include "gateway/tcp_node.hpp"
+#include "gateway/connections.hpp"
 
 #include <fmt/format.h>
 
@@ -24,7 +24,7 @@ constexpr std::chrono::milliseconds tick_period{50};
 constexpr std::chrono::milliseconds keys_period{500};  // who is revoked is out after so long
 }  // namespace
 
-TcpNode::TcpNode(asio::io_context& io, TcpSettings settings)
+Connections::Connections(asio::io_context& io, TcpSettings settings)
     : io_(io), settings_(std::move(settings)), acceptor_(io), timer_(io), chance_(settings_.boot_id, "gateway/retry") {
   hello_.lab = settings_.lab;
   hello_.experiment = settings_.experiment;
@@ -35,19 +35,19 @@ TcpNode::TcpNode(asio::io_context& io, TcpSettings settings)
   tick();
 }
 
-TcpNode::~TcpNode() {
+Connections::~Connections() {
   for (const Pending& each : pending_) each.session->close("the gateway stops");
 }
 
-void TcpNode::set_exports(const std::vector<ExportedChannel>& exports) {
+void Connections::set_exports(const std::vector<ExportedChannel>& exports) {
   hello_.channels = exports;
   hello_frame_ = encode_frame(FrameKind::hello, encode_hello(hello_));
   // Who has not got through yet comes again, and hears the new hello.
   for (const Pending& each : pending_) each.session->close("the rules of this gateway have changed");
-  for (TcpLink* link : links_) link->announce(exports);
+  for (SessionLink* link : links_) link->announce(exports);
 }
 
-void TcpNode::listen() {
+void Connections::listen() {
   const auto [endpoint, tls] = read_listen_address(settings_.listen);
   accepts_tls_ = tls;
   try {
@@ -65,7 +65,7 @@ void TcpNode::listen() {
   }
 }
 
-void TcpNode::corked(const std::function<void()>& offering) {
+void Connections::corked(const std::function<void()>& offering) {
   struct Corked {
     bool& corked;
     ~Corked() { corked = false; }
@@ -74,16 +74,16 @@ void TcpNode::corked(const std::function<void()>& offering) {
     const Corked until_it_returns{corked_ = true};
     offering();
   }
-  for (TcpLink* link : links_) link->flush();
+  for (SessionLink* link : links_) link->flush();
 }
 
-asio::ip::tcp::endpoint TcpNode::listening() const {
+asio::ip::tcp::endpoint Connections::listening() const {
   error_code not_open;
   return acceptor_.local_endpoint(not_open);
 }
 
 // Who connects earlier waits in the kernel and hears no word, not even a refusal.
-void TcpNode::accept() {
+void Connections::accept() {
   if (accepting_ || !acceptor_.is_open()) return;
   accepting_ = true;
   acceptor_.async_accept([this, alive = std::weak_ptr(alive_)](error_code error, asio::ip::tcp::socket socket) {
@@ -102,7 +102,7 @@ void TcpNode::accept() {
 
 // Who is honest says hello at once, so the oldest is the one to give way: of the newcomer's own address, when that has
 // its share already.
-void TcpNode::make_room(const asio::ip::address& newcomer) {
+void Connections::make_room(const asio::ip::address& newcomer) {
   std::erase_if(pending_, [](const Pending& each) { return each.session->closed(); });
   const auto is_neighbour = [&](const Pending& each) { return each.from == newcomer; };
   auto oldest = pending_.end();
@@ -123,9 +123,9 @@ void TcpNode::make_room(const asio::ip::address& newcomer) {
   pending_.erase(oldest);
 }
 
-std::shared_ptr<Session> TcpNode::make_session(const Target& to, const std::string& peer,
-                                               std::shared_ptr<Attempts> attempts,
-                                               std::optional<SessionTimes::Duration> answer) const {
+std::shared_ptr<Session> Connections::make_session(const Target& to, const std::string& peer,
+                                                   std::shared_ptr<Attempts> attempts,
+                                                   std::optional<SessionTimes::Duration> answer) const {
   if (const auto* const endpoint = std::get_if<asio::ip::tcp::endpoint>(&to))
     return make_session(tcp_stream(asio::ip::tcp::socket(io_), *endpoint), answer);
   if (auto* const* const federation = std::get_if<Federation*>(&to))
@@ -134,23 +134,23 @@ std::shared_ptr<Session> TcpNode::make_session(const Target& to, const std::stri
       tls_stream(asio::ip::tcp::socket(io_), settings_.keys, std::get<Host>(to), peer, std::move(attempts)), answer);
 }
 
-std::shared_ptr<Session> TcpNode::make_session(std::unique_ptr<SocketStream> stream,
-                                               std::optional<SessionTimes::Duration> answer) const {
+std::shared_ptr<Session> Connections::make_session(std::unique_ptr<SocketStream> stream,
+                                                   std::optional<SessionTimes::Duration> answer) const {
   return std::make_shared<Session>(std::move(stream), settings_.times, settings_.flow, hello_frame_, answer);
 }
 
-std::unique_ptr<Link> TcpNode::link(std::string peer, std::string_view connect) {
+std::unique_ptr<Link> Connections::link(std::string peer, std::string_view connect) {
   std::optional<Target> to;
   if (!connect.empty()) to = loopback_endpoint(connect);
-  return std::make_unique<TcpLink>(*this, std::move(peer), std::move(to));
+  return std::make_unique<SessionLink>(*this, std::move(peer), std::move(to));
 }
 
-std::unique_ptr<Link> TcpNode::tls_link(std::string peer, std::string_view connect) {
+std::unique_ptr<Link> Connections::tls_link(std::string peer, std::string_view connect) {
   assert(settings_.keys && "who connects over TLS has keys");
-  return std::make_unique<TcpLink>(*this, std::move(peer), read_host(connect));
+  return std::make_unique<SessionLink>(*this, std::move(peer), read_host(connect));
 }
 
-std::unique_ptr<Link> TcpNode::federation_link(std::string peer, std::string_view connect, bool tls) {
+std::unique_ptr<Link> Connections::federation_link(std::string peer, std::string_view connect, bool tls) {
   assert(settings_.keys && "who is in a federation has keys");
   auto& federation = federations_[fmt::format("{} {}", tls, connect)];
   if (!federation) {
@@ -164,20 +164,20 @@ std::unique_ptr<Link> TcpNode::federation_link(std::string peer, std::string_vie
     settings.notice = [this](const std::string& sentence) { notice(sentence); };
     federation = std::make_unique<Federation>(io_, std::move(settings));
   }
-  return std::make_unique<TcpLink>(*this, std::move(peer), federation.get());
+  return std::make_unique<SessionLink>(*this, std::move(peer), federation.get());
 }
 
-void TcpNode::watch(std::string_view channel, std::span<const std::byte> bytes) {
+void Connections::watch(std::string_view channel, std::span<const std::byte> bytes) {
   for (const auto& [servers, federation] : federations_) federation->watch(channel, bytes);
 }
 
-hal::Counters TcpNode::counters() const {
+hal::Counters Connections::counters() const {
   hal::Counters all = counters_;
   for (const auto& [servers, federation] : federations_) all.merge(federation->counters());
   return all;
 }
 
-void TcpNode::tick() {
+void Connections::tick() {
   const auto now = std::chrono::steady_clock::now();
   if (settings_.keys && now - keys_read_ >= keys_period) {
     settings_.keys->refresh();
@@ -186,16 +186,16 @@ void TcpNode::tick() {
   // Copies: what is told of an end may change the lists.
   for (const Pending& each : std::vector(pending_)) each.session->check(now);
   std::erase_if(pending_, [](const Pending& each) { return each.session->closed(); });
-  for (TcpLink* link : std::vector(links_))
+  for (SessionLink* link : std::vector(links_))
     if (std::ranges::find(links_, link) != links_.end()) link->check(now);
-  if (std::ranges::any_of(links_, &TcpLink::started)) accept();
+  if (std::ranges::any_of(links_, &SessionLink::started)) accept();
   timer_.expires_after(tick_period);
   timer_.async_wait([this, alive = std::weak_ptr(alive_)](error_code error) {
     if (!error && !alive.expired()) tick();
   });
 }
 
-void TcpNode::on_hello(Session& session, const Hello& hello) {
+void Connections::on_hello(Session& session, const Hello& hello) {
   if (const std::string proved = session.proved_name(); !proved.empty() && proved != hello.lab) {
     counters_.add("session.refused.lab_name");
     const std::string why =
@@ -204,7 +204,7 @@ void TcpNode::on_hello(Session& session, const Hello& hello) {
     return session.refuse(why);
   }
   const auto link =
-      std::ranges::find_if(links_, [&](TcpLink* each) { return each->peer() == hello.lab && each->accepts(); });
+      std::ranges::find_if(links_, [&](SessionLink* each) { return each->peer() == hello.lab && each->accepts(); });
   if (link == links_.end()) {
     counters_.add("session.refused.unknown_lab");
     const std::string why =
@@ -219,12 +219,12 @@ void TcpNode::on_hello(Session& session, const Hello& hello) {
     std::erase_if(pending_, [&](const Pending& each) { return each.session == shared; });
 }
 
-void TcpNode::on_ended(Session&, const Session::End& end) {
+void Connections::on_ended(Session&, const Session::End& end) {
   counters_.add(end.counter);
   notice(fmt::format("a connection from an unknown program was closed: {}", end.why));
 }
 
-void TcpNode::notice(std::string sentence) {
+void Connections::notice(std::string sentence) {
   if (sentence == last_notice_) return;
   last_notice_ = std::move(sentence);
   if (settings_.notice) settings_.notice(last_notice_);

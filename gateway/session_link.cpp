@@ -1,5 +1,5 @@
 // The peer's hello is judged here for both sides of a connection.
-#include "gateway/tcp_link.hpp"
+#include "gateway/session_link.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "gateway/address.hpp"
 #include "gateway/channel_name.hpp"
-#include "gateway/tcp_node.hpp"
+#include "gateway/connections.hpp"
 #include "gateway/tls_keys.hpp"
 #include "hal/messages.hpp"
 
@@ -30,26 +30,26 @@ std::string place(const Target& target) {
 
 }  // namespace
 
-TcpLink::TcpLink(TcpNode& node, std::string peer, std::optional<Target> connect)
+SessionLink::SessionLink(Connections& node, std::string peer, std::optional<Target> connect)
     : node_(node), peer_(std::move(peer)), connect_(std::move(connect)), outbox_(node.settings_.outbox_bytes) {
   outbox_.set_longest(node_.settings_.max_message_bytes);
   stats_.why = connect_ ? "not connected yet" : "has not connected yet";
   node_.links_.push_back(this);
 }
 
-TcpLink::~TcpLink() {
+SessionLink::~SessionLink() {
   stop();
   std::erase(node_.links_, this);
 }
 
-void TcpLink::start(Events events) {
+void SessionLink::start(Events events) {
   events_ = std::move(events);
   started_ = true;
   alone_since_ = next_attempt_ = std::chrono::steady_clock::now();
   node_.accept();
 }
 
-void TcpLink::stop() {
+void SessionLink::stop() {
   stopped_ = true;
   events_ = {};
   if (session_) session_->close(fmt::format("the gateway of lab {} stops", node_.settings_.lab));
@@ -58,7 +58,7 @@ void TcpLink::stop() {
   stats_.why = "stopped";
 }
 
-void TcpLink::offer(const Rule& rule, std::string_view, std::span<const std::byte> bytes) {
+void SessionLink::offer(const Rule& rule, std::string_view, std::span<const std::byte> bytes) {
   if (stopped_) return;
   outbox_.put(rule, bytes, std::chrono::steady_clock::now());
   if (!session_ || !session_->up()) return;
@@ -68,19 +68,19 @@ void TcpLink::offer(const Rule& rule, std::string_view, std::span<const std::byt
     session_->flush_soon();
 }
 
-void TcpLink::flush() {
+void SessionLink::flush() {
   if (std::exchange(flush_wanted_, false) && session_ && session_->up()) session_->flush();
 }
 
-void TcpLink::keep_only(const Passes& passes) {
+void SessionLink::keep_only(const Passes& passes) {
   outbox_.keep_only(passes);
 }
 
-void TcpLink::announce(const std::vector<ExportedChannel>& exports) {
+void SessionLink::announce(const std::vector<ExportedChannel>& exports) {
   if (session_ && !session_->announce(exports)) session_->close("the rules of this gateway have changed");
 }
 
-LinkStats TcpLink::stats() const {
+LinkStats SessionLink::stats() const {
   LinkStats stats = stats_;
   if (session_) {
     stats.sent_messages += session_->sent_messages();
@@ -98,7 +98,7 @@ LinkStats TcpLink::stats() const {
   return stats;
 }
 
-void TcpLink::check(Session::Time now) {
+void SessionLink::check(Session::Time now) {
   if (stopped_ || !started_) return;
   if (session_) {
     session_->check(now);
@@ -108,7 +108,7 @@ void TcpLink::check(Session::Time now) {
   if (!session_ && connect_ && now >= next_attempt_) connect();
 }
 
-void TcpLink::connect() {
+void SessionLink::connect() {
   // A machine that has answered before answers again in a few times the time it took, when the path is there. After a
   // long absence the path may have become another, slower one: then only every second attempt is that quick.
   std::optional<SessionTimes::Duration> answer;
@@ -120,7 +120,7 @@ void TcpLink::connect() {
   session_->begin(*this);
 }
 
-void TcpLink::forget_session() {
+void SessionLink::forget_session() {
   if (!session_) return;
   stats_.sent_messages += session_->sent_messages();
   stats_.sent_bytes += session_->sent_bytes();
@@ -139,7 +139,7 @@ void TcpLink::forget_session() {
   next_attempt_ += std::chrono::duration_cast<Session::Time::duration>(pause * node_.chance_.uniform(0.5, 1.0));
 }
 
-bool TcpLink::take(const std::shared_ptr<Session>& session, const Hello& hello) {
+bool SessionLink::take(const std::shared_ptr<Session>& session, const Hello& hello) {
   if (session_ && hello.version == protocol_version && hello.boot_id < session_->peer().boot_id) {
     stats_.counters.add("session.refused.older_boot");
     session->refuse(fmt::format("a gateway of lab {} that started later is connected already", peer_));
@@ -162,13 +162,13 @@ bool TcpLink::take(const std::shared_ptr<Session>& session, const Hello& hello) 
   return true;
 }
 
-void TcpLink::welcome(Session& session, const Hello& hello) {
+void SessionLink::welcome(Session& session, const Hello& hello) {
   const std::uint32_t ours = node_.settings_.max_message_bytes;
   outbox_.set_longest(std::min(hello.max_message_bytes, ours));
   session.accept(*this, outbox_, hello, ours + hal::max_channel_name);
 }
 
-void TcpLink::on_hello(Session& session, const Hello& hello) {
+void SessionLink::on_hello(Session& session, const Hello& hello) {
   if (hello.lab != peer_) {
     const std::string why = fmt::format("{} there is lab {}, not lab {}", place(*connect_), hello.lab, peer_);
     stats_.counters.add("session.refused.lab_name");
@@ -178,7 +178,7 @@ void TcpLink::on_hello(Session& session, const Hello& hello) {
   if (judge(session, hello)) welcome(session, hello);
 }
 
-bool TcpLink::judge(Session& session, const Hello& hello) {
+bool SessionLink::judge(Session& session, const Hello& hello) {
   const auto refusal = why_refused(node_.hello_, hello);
   if (!refusal) return true;
   stats_.counters.add(refusal->counter);
@@ -187,7 +187,7 @@ bool TcpLink::judge(Session& session, const Hello& hello) {
   return false;
 }
 
-void TcpLink::on_up(Session& session) {
+void SessionLink::on_up(Session& session) {
   stats_.peer_version = session.peer().software;
   stats_.counters.add("session.opened");
   const std::uint64_t missing = meet(session.peer());
@@ -198,7 +198,7 @@ void TcpLink::on_up(Session& session) {
 
 // What a peer that was started again forgot, and what is to be forgotten of it. Returns how many of its `ordered`
 // messages will not come.
-std::uint64_t TcpLink::meet(const Hello& hello) {
+std::uint64_t SessionLink::meet(const Hello& hello) {
   const bool anew = hello.boot_id != stats_.peer_boot_id;
   outbox_.send_again(anew);
   if (!anew) return 0;
@@ -207,7 +207,7 @@ std::uint64_t TcpLink::meet(const Hello& hello) {
   return inbox_.begin();
 }
 
-void TcpLink::on_message(Session& session, const MessageView& message) {
+void SessionLink::on_message(Session& session, const MessageView& message) {
   const auto& listed = session.peer().channels;
   if (std::ranges::none_of(listed, [&](const auto& each) { return matches(each.name, message.channel); }))
     return stats_.counters.add("received.refused.unlisted_channel");
@@ -217,20 +217,20 @@ void TcpLink::on_message(Session& session, const MessageView& message) {
   if (events_.arrived) events_.arrived(message.channel, message.bytes);
 }
 
-void TcpLink::on_heartbeat(Session&, const Heartbeat& heartbeat, const std::optional<RoundTrip>& trip) {
+void SessionLink::on_heartbeat(Session&, const Heartbeat& heartbeat, const std::optional<RoundTrip>& trip) {
   inbox_.announced(heartbeat.ordered_accepted, heartbeat.ordered_pending);
   peer_wall_ahead_us_ = heartbeat.wall_us;
   if (trip && !clock_.add(*trip)) stats_.counters.add("session.refused.time");
 }
 
-void TcpLink::on_ended(Session&, const Session::End& end) {
+void SessionLink::on_ended(Session&, const Session::End& end) {
   stats_.counters.add(end.counter);
   no_path_ = end.no_path;
   forget_session();
   change(false, end.why);
 }
 
-void TcpLink::change(bool up, std::string_view why) {
+void SessionLink::change(bool up, std::string_view why) {
   if (stopped_ || (stats_.up == up && stats_.why == why)) return;
   stats_.up = up;
   stats_.why = why;
