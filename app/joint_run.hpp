@@ -17,7 +17,7 @@
 #include "app/configured_lab.hpp"
 #include "app/live/live_view.hpp"
 #include "gateway/gateway.hpp"
-#include "gateway/loopback.hpp"
+#include "gateway/links/loopback.hpp"
 #include "hal/bus.hpp"
 #include "hal/loop_time.hpp"
 #include "hal/progress.hpp"

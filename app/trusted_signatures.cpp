@@ -4,8 +4,8 @@
 #include <exception>
 #include <utility>
 
-#include "gateway/key_folder.hpp"
-#include "gateway/signature.hpp"
+#include "gateway/frame/signature.hpp"
+#include "gateway/links/key_folder.hpp"
 
 namespace arkmesh::app {
 

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "cli/commands.hpp"
-#include "gateway/key_folder.hpp"
+#include "gateway/links/key_folder.hpp"
 
 namespace arkmesh::cli {
 namespace {

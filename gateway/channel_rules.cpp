@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gateway/channel_name.hpp"
+#include "gateway/frame/channel_name.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {

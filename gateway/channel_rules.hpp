@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/hello.hpp"
+#include "gateway/frame/hello.hpp"
 #include "gateway/link.hpp"
 #include "hal/config.hpp"
 

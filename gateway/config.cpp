@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "gateway/address.hpp"
-#include "gateway/channel_name.hpp"
 #include "gateway/federation/nats_address.hpp"
-#include "gateway/frame.hpp"
-#include "gateway/hello.hpp"
-#include "gateway/links.hpp"
-#include "gateway/outbox.hpp"
+#include "gateway/frame/channel_name.hpp"
+#include "gateway/frame/frame.hpp"
+#include "gateway/frame/hello.hpp"
+#include "gateway/links/links.hpp"
+#include "gateway/outbox/outbox.hpp"
 #include "hal/messages.hpp"
 #include "hal/without_secrets.hpp"
 

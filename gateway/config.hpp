@@ -8,7 +8,7 @@
 
 #include "gateway/channel_rules.hpp"
 #include "gateway/federation/options.hpp"
-#include "gateway/flow_window.hpp"
+#include "gateway/outbox/flow_window.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::gateway {

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "arkmesh/peers_t.hpp"
-#include "gateway/budget.hpp"
-#include "gateway/channel_name.hpp"
+#include "gateway/frame/channel_name.hpp"
+#include "gateway/outbox/budget.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {

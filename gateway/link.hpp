@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "gateway/clock_estimate.hpp"
+#include "gateway/session/clock_estimate.hpp"
 #include "hal/counters.hpp"
 
 namespace arkmesh::gateway {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/links.hpp"
+#include "gateway/links/links.hpp"
 #include "hal/config.hpp"
 #include "hal/without_secrets.hpp"
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include "gateway/browser_certificate.hpp"
+#include "gateway/links/browser_certificate.hpp"
 #include "hal/guarded_file.hpp"
 
 namespace arkmesh::app {

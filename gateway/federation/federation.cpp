@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "gateway/frame.hpp"
+#include "gateway/frame/frame.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {

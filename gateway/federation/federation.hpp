@@ -19,8 +19,8 @@
 #include "gateway/federation/options.hpp"
 #include "gateway/federation/packet_keys.hpp"
 #include "gateway/federation/relay.hpp"
-#include "gateway/socket_stream.hpp"
-#include "gateway/tls_keys.hpp"
+#include "gateway/links/socket_stream.hpp"
+#include "gateway/links/tls_keys.hpp"
 #include "hal/counters.hpp"
 
 namespace arkmesh::gateway {

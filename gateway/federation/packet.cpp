@@ -5,8 +5,8 @@
 
 #include <cctype>
 
-#include "gateway/byte_fields.hpp"
-#include "gateway/channel_name.hpp"
+#include "gateway/frame/byte_fields.hpp"
+#include "gateway/frame/channel_name.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::gateway {

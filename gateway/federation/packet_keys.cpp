@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/byte_fields.hpp"
+#include "gateway/frame/byte_fields.hpp"
 #include "hal/config.hpp"
 
 namespace arkmesh::gateway {

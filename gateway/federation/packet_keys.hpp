@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/budget.hpp"
 #include "gateway/federation/packet.hpp"
 #include "gateway/federation/seals.hpp"
-#include "gateway/tls_keys.hpp"
+#include "gateway/links/tls_keys.hpp"
+#include "gateway/outbox/budget.hpp"
 #include "hal/counters.hpp"
 
 namespace arkmesh::gateway {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/certificate.hpp"
+#include "gateway/links/certificate.hpp"
 
 namespace arkmesh::gateway {
 

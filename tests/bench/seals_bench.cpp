@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "gateway/certificate.hpp"
 #include "gateway/federation/seals.hpp"
+#include "gateway/links/certificate.hpp"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "gateway/connections.hpp"
-#include "gateway/loopback.hpp"
+#include "gateway/links/connections.hpp"
+#include "gateway/links/loopback.hpp"
 #include "tests/conformance/link_conformance.hpp"
 #include "tests/examples/folder_link.hpp"
 #include "tests/support/network/impairment_proxy.hpp"

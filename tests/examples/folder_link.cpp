@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/frame.hpp"
+#include "gateway/frame/frame.hpp"
 #include "hal/messages.hpp"
 
 namespace arkmesh::examples {

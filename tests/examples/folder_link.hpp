@@ -14,8 +14,8 @@
 #include <string_view>
 
 #include "gateway/link.hpp"
-#include "gateway/links.hpp"
-#include "gateway/outbox.hpp"
+#include "gateway/links/links.hpp"
+#include "gateway/outbox/outbox.hpp"
 
 namespace arkmesh::examples {
 

@@ -10,10 +10,10 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/byte_fields.hpp"
 #include "gateway/federation/nats_address.hpp"
 #include "gateway/federation/packet.hpp"
 #include "gateway/federation/relay.hpp"
+#include "gateway/frame/byte_fields.hpp"
 
 namespace {
 

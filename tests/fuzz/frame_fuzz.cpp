@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "gateway/clock_estimate.hpp"
-#include "gateway/frame.hpp"
-#include "gateway/heartbeat.hpp"
-#include "gateway/hello.hpp"
-#include "gateway/ordered_inbox.hpp"
+#include "gateway/frame/frame.hpp"
+#include "gateway/frame/heartbeat.hpp"
+#include "gateway/frame/hello.hpp"
+#include "gateway/outbox/ordered_inbox.hpp"
+#include "gateway/session/clock_estimate.hpp"
 
 namespace {
 

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/channel_name.hpp"
 #include "gateway/config.hpp"
 #include "gateway/explanation.hpp"
+#include "gateway/frame/channel_name.hpp"
 
 namespace {
 

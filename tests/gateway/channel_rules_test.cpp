@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/channel_name.hpp"
+#include "gateway/frame/channel_name.hpp"
 #include "hal/random.hpp"
 
 namespace arkmesh::gateway {

@@ -1,5 +1,5 @@
 // What is known of a peer's clock, against clocks that the test makes.
-#include "gateway/clock_estimate.hpp"
+#include "gateway/session/clock_estimate.hpp"
 
 #include <doctest/doctest.h>
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gateway/address.hpp"
-#include "gateway/links.hpp"
+#include "gateway/links/links.hpp"
 
 namespace arkmesh::gateway {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/frame.hpp"
+#include "gateway/frame/frame.hpp"
 #include "hal/random.hpp"
 #include "tests/support/network/meeting.hpp"
 #include "tests/support/network/nats_server.hpp"

@@ -1,5 +1,5 @@
 // How much goes out before the peer has acknowledged it.
-#include "gateway/flow_window.hpp"
+#include "gateway/outbox/flow_window.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // The frame codec: what is accepted, and that nothing else is.
-#include "gateway/frame.hpp"
+#include "gateway/frame/frame.hpp"
 
 #include <doctest/doctest.h>
 

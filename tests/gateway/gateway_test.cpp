@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "arkmesh/peers_t.hpp"
-#include "gateway/channel_name.hpp"
-#include "gateway/loopback.hpp"
+#include "gateway/frame/channel_name.hpp"
+#include "gateway/links/loopback.hpp"
 
 namespace arkmesh::gateway {
 namespace {

@@ -1,5 +1,5 @@
 // The hello: what is read, and when two gateways refuse each other.
-#include "gateway/hello.hpp"
+#include "gateway/frame/hello.hpp"
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>

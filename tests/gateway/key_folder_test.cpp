@@ -1,5 +1,5 @@
 // What `arkmesh keys` does to its folder, and what it refuses.
-#include "gateway/key_folder.hpp"
+#include "gateway/links/key_folder.hpp"
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>

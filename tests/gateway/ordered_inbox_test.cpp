@@ -1,5 +1,5 @@
 // What of a peer's `ordered` messages came, came twice, or will never come.
-#include "gateway/ordered_inbox.hpp"
+#include "gateway/outbox/ordered_inbox.hpp"
 
 #include <doctest/doctest.h>
 

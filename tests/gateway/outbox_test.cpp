@@ -1,5 +1,5 @@
 // The outbox: what goes next, what waits, is replaced, dropped or sent again, and that it never holds more than it may.
-#include "gateway/outbox.hpp"
+#include "gateway/outbox/outbox.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/frame.hpp"
+#include "gateway/frame/frame.hpp"
 #include "hal/random.hpp"
 #include "tests/support/network/accounts.hpp"
 

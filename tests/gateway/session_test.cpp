@@ -1,5 +1,5 @@
 // A session on streams that are not TCP's; tcp_hello_test and tcp_faults_test have the rest.
-#include "gateway/session.hpp"
+#include "gateway/session/session.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // Signatures of labs.
-#include "gateway/signature.hpp"
+#include "gateway/frame/signature.hpp"
 
 #include <doctest/doctest.h>
 

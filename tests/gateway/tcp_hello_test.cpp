@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/connections.hpp"
+#include "gateway/links/connections.hpp"
 #include "hal/config.hpp"
 #include "hal/random.hpp"
 #include "tests/support/network/raw_peer.hpp"

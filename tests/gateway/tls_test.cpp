@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/connections.hpp"
+#include "gateway/links/connections.hpp"
 #include "tests/support/network/raw_peer.hpp"
 #include "tests/support/network/tcp_bench.hpp"
 #include "tests/support/network/test_keys.hpp"

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "gateway/key_folder.hpp"
-#include "gateway/signature.hpp"
+#include "gateway/frame/signature.hpp"
+#include "gateway/links/key_folder.hpp"
 #include "tests/support/network/test_keys.hpp"
 
 using namespace arkmesh;

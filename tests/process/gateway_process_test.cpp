@@ -12,7 +12,7 @@
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
-#include "gateway/links.hpp"
+#include "gateway/links/links.hpp"
 #include "hal/bus.hpp"
 #include "hal/messages.hpp"
 #include "tests/support/network/raw_peer.hpp"

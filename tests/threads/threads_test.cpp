@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "emulator/serial_reader.hpp"
-#include "gateway/host_lookup.hpp"
+#include "gateway/links/host_lookup.hpp"
 #include "hal/mjpeg_server.hpp"
 #include "testbed/record_writer.hpp"
 #include "tracker/camera/live_camera.hpp"

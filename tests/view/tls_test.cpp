@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/browser_certificate.hpp"
+#include "gateway/links/browser_certificate.hpp"
 #include "tests/support/view/browser.hpp"
 #include "view/server.hpp"
 

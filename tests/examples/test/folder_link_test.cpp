@@ -9,7 +9,7 @@
 
 #include "gateway/config.hpp"
 #include "gateway/gateway.hpp"
-#include "gateway/links.hpp"
+#include "gateway/links/links.hpp"
 #include "hal/bus.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 

@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/connections.hpp"
 #include "gateway/federation/packet.hpp"
 #include "gateway/federation/relay.hpp"
 #include "gateway/federation/seals.hpp"
+#include "gateway/links/connections.hpp"
 #include "tests/support/network/accounts.hpp"
 #include "tests/support/network/hostile_nats.hpp"
 #include "tests/support/network/tcp_bench.hpp"

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "gateway/frame.hpp"
-#include "gateway/heartbeat.hpp"
-#include "gateway/hello.hpp"
+#include "gateway/frame/frame.hpp"
+#include "gateway/frame/heartbeat.hpp"
+#include "gateway/frame/hello.hpp"
 
 namespace arkmesh::tests {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "gateway/connections.hpp"
+#include "gateway/links/connections.hpp"
 
 namespace arkmesh::tests {
 

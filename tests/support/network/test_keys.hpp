@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "gateway/key_folder.hpp"
-#include "gateway/tls_keys.hpp"
+#include "gateway/links/key_folder.hpp"
+#include "gateway/links/tls_keys.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 namespace arkmesh::tests {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/connections.hpp"
 #include "gateway/gateway.hpp"
+#include "gateway/links/connections.hpp"
 #include "hal/bus.hpp"
 #include "tests/support/network/impairment_proxy.hpp"
 #include "tests/support/network/tcp_bench.hpp"
