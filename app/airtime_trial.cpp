@@ -11,9 +11,9 @@
 #include "app/arenas.hpp"
 #include "app/joint_run.hpp"
 #include "arkmesh/to_robots_t.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/files/scratch_folder.hpp"
 #include "hal/platforms/kilobot/layout.hpp"
-#include "hal/scratch_folder.hpp"
 
 namespace arkmesh::app {
 namespace {

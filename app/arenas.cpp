@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/log_arena.hpp"
-#include "hal/null_arena.hpp"
+#include "hal/arenas/log_arena.hpp"
+#include "hal/arenas/null_arena.hpp"
 #include "hal/platforms/kilobot/layout.hpp"
 #include "sim_ode/ode_arena.hpp"
 #if ARKMESH_CAMERAS

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena_row.hpp"
-#include "hal/bus.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena_row.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/config/config.hpp"
 #include "lab/run_config.hpp"
 
 namespace arkmesh::app {

@@ -10,10 +10,10 @@
 #include <map>
 #include <stdexcept>
 
+#include "hal/arenas/robot_words.hpp"
 #include "hal/counted.hpp"
-#include "hal/replace_file.hpp"
-#include "hal/result_file.hpp"
-#include "hal/robot_words.hpp"
+#include "hal/files/replace_file.hpp"
+#include "hal/record/result_file.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {

@@ -18,10 +18,10 @@
 #include "app/live/live_view.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/links/loopback.hpp"
-#include "hal/bus.hpp"
-#include "hal/loop_time.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/progress.hpp"
 #include "hal/stop_request.hpp"
+#include "hal/time/loop_time.hpp"
 
 namespace arkmesh::app {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "hal/neighbour_detector.hpp"
+#include "hal/arenas/neighbour_detector.hpp"
 
 namespace arkmesh::app {
 namespace {

@@ -11,12 +11,12 @@
 #include "app/configured_lab.hpp"
 #include "app/live/live_view.hpp"
 #include "app/live/traffic_monitor.hpp"
-#include "hal/bus.hpp"
-#include "hal/config.hpp"
-#include "hal/loop_time.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/config/config.hpp"
 #include "hal/on_loop.hpp"
 #include "hal/progress.hpp"
 #include "hal/stop_request.hpp"
+#include "hal/time/loop_time.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {

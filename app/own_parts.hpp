@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "hal/arena.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/config/config.hpp"
 #include "hal/event_loop.hpp"
 #include "lab/run_config.hpp"
 #include "lab/scenario.hpp"

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
-#include "hal/result_file.hpp"
+#include "hal/config/config.hpp"
+#include "hal/record/result_file.hpp"
 
 namespace arkmesh::app {
 

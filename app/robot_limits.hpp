@@ -5,8 +5,8 @@
 #include <string>
 
 #include "app/scenarios.hpp"
-#include "hal/arena.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/config/config.hpp"
 #include "lab/run_config.hpp"
 
 namespace arkmesh::app {

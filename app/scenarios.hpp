@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "lab/scenario.hpp"
 
 namespace arkmesh::app {

@@ -19,7 +19,7 @@
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/counted.hpp"
-#include "hal/result_file.hpp"
+#include "hal/record/result_file.hpp"
 
 namespace arkmesh::cli {
 namespace {

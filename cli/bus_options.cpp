@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
 
 namespace arkmesh::cli {

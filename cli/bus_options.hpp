@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/bus_config.hpp"
+#include "hal/bus/bus_config.hpp"
 
 namespace CLI {
 class App;

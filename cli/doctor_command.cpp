@@ -11,7 +11,7 @@
 #include "app/doctor/device_files.hpp"
 #include "app/doctor/doctor.hpp"
 #include "cli/commands.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::cli {
 namespace {

@@ -20,7 +20,7 @@
 #include "emulator/emulator.hpp"
 #include "emulator/emulator_record.hpp"
 #include "emulator/emulator_server.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/counted.hpp"
 
 namespace arkmesh::cli {

@@ -11,8 +11,8 @@
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"
-#include "hal/config.hpp"
-#include "hal/own_files.hpp"
+#include "hal/config/config.hpp"
+#include "hal/files/own_files.hpp"
 #include "recording/export/exports.hpp"
 #include "recording/export/out_file.hpp"
 

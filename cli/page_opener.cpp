@@ -6,7 +6,7 @@
 #include <exception>
 
 #include "hal/child_process.hpp"
-#include "hal/guarded_file.hpp"
+#include "hal/config/guarded_file.hpp"
 
 namespace arkmesh::cli {
 namespace {

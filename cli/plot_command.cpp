@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "cli/commands.hpp"
-#include "hal/config.hpp"
-#include "hal/own_files.hpp"
+#include "hal/config/config.hpp"
+#include "hal/files/own_files.hpp"
 #include "recording/run.hpp"
 
 namespace arkmesh::cli {

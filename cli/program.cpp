@@ -18,11 +18,11 @@
 #include <span>
 #include <string_view>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
+#include "hal/config/near_key.hpp"
+#include "hal/config/without_secrets.hpp"
 #include "hal/exit_code.hpp"
-#include "hal/near_key.hpp"
-#include "hal/own_files.hpp"
-#include "hal/without_secrets.hpp"
+#include "hal/files/own_files.hpp"
 
 namespace arkmesh::cli {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cli/command_table.hpp"
-#include "hal/outcome.hpp"
+#include "hal/record/outcome.hpp"
 
 namespace CLI {
 class App;

@@ -13,8 +13,8 @@
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/progress_line.hpp"
-#include "hal/result_file.hpp"
-#include "hal/scratch_folder.hpp"
+#include "hal/files/scratch_folder.hpp"
+#include "hal/record/result_file.hpp"
 
 namespace arkmesh::cli {
 namespace {

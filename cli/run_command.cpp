@@ -22,7 +22,7 @@
 #include "cli/program.hpp"
 #include "cli/progress_line.hpp"
 #include "hal/exit_code.hpp"
-#include "hal/result_file.hpp"
+#include "hal/record/result_file.hpp"
 #include "lab/run_folder.hpp"
 
 namespace arkmesh::cli {

@@ -16,8 +16,8 @@
 #include "app/scenarios.hpp"
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
-#include "hal/config.hpp"
-#include "hal/own_files.hpp"
+#include "hal/config/config.hpp"
+#include "hal/files/own_files.hpp"
 #include "scenarios/python/python_scenario.hpp"
 
 namespace arkmesh::cli {

@@ -13,7 +13,7 @@
 #include "cli/bus_options.hpp"
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
-#include "hal/loss.hpp"
+#include "hal/bus/loss.hpp"
 #include "lab/operator/status_listener.hpp"
 
 namespace arkmesh::cli {

@@ -14,7 +14,7 @@
 #include "cli/lab_command.hpp"
 #include "cli/operator_stop.hpp"
 #include "emulator/said_words.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/counted.hpp"
 
 namespace arkmesh::cli {

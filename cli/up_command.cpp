@@ -17,9 +17,9 @@
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "hal/child_process.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/exit_code.hpp"
-#include "hal/own_files.hpp"
+#include "hal/files/own_files.hpp"
 
 namespace arkmesh::cli {
 namespace {

@@ -18,8 +18,8 @@
 #include "cli/commands.hpp"
 #include "cli/operator_stop.hpp"
 #include "cli/page_opener.hpp"
-#include "hal/config.hpp"
-#include "hal/loop_time.hpp"
+#include "hal/config/config.hpp"
+#include "hal/time/loop_time.hpp"
 #include "recording/view/recorded_view.hpp"
 #include "view/view_config.hpp"
 

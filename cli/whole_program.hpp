@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/scenarios.hpp"
-#include "hal/own_files.hpp"
+#include "hal/files/own_files.hpp"
 
 namespace arkmesh::cli {
 

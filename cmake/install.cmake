@@ -34,8 +34,9 @@ foreach(header
     app/scenarios.hpp cli/whole_program.hpp lab/testing/lab_double.hpp lab/robots/robot_words.hpp scenarios/wall_sensor.hpp
     lab/arena_facts.hpp lab/lab.hpp lab/lab_data.hpp lab/run_config.hpp lab/safety_config.hpp lab/scenario.hpp lab/sensor_config.hpp
     lab/exchange/exchange.hpp lab/exchange/lab_state.hpp lab/exchange/merged_state.hpp lab/exchange/state_rules.hpp
-    hal/arena.hpp hal/bus.hpp hal/clock.hpp hal/colour.hpp hal/config.hpp hal/counters.hpp hal/drawing.hpp hal/fixed_math.hpp hal/own_files.hpp
-    hal/participants.hpp hal/projection.hpp hal/random.hpp hal/recorder.hpp hal/stop_request.hpp hal/types.hpp hal/wall_time.hpp
+    hal/arenas/arena.hpp hal/arenas/projection.hpp hal/bus/bus.hpp hal/bus/participants.hpp hal/config/config.hpp hal/counters.hpp
+    hal/files/own_files.hpp hal/fixed_math.hpp hal/overlay/colour.hpp hal/overlay/drawing.hpp hal/random.hpp hal/record/recorder.hpp
+    hal/stop_request.hpp hal/time/clock.hpp hal/time/wall_time.hpp hal/types.hpp
     hal/layout/message.hpp hal/layout/types.hpp)
   cmake_path(GET header PARENT_PATH folder)
   install(FILES ${header} DESTINATION include/arkmesh/${folder} COMPONENT dev)

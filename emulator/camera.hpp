@@ -13,7 +13,7 @@
 #include "emulator/camera_model.hpp"
 #include "emulator/robot_look.hpp"
 #include "emulator/scene.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/random.hpp"
 #include "sim_ode/simulated_arena.hpp"
 

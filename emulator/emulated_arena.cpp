@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "hal/fault_port.hpp"
+#include "hal/arenas/fault_port.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
-#include "hal/wall_time.hpp"
+#include "hal/time/wall_time.hpp"
 #include "sim_ode/host/programs/robot_program.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "testbed/arena_video.hpp"

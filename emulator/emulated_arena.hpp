@@ -7,9 +7,9 @@
 #include <string>
 
 #include "emulator/emulator.hpp"
-#include "hal/arena.hpp"
-#include "hal/arena_row.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/arenas/arena_row.hpp"
+#include "hal/config/config.hpp"
 #include "testbed/arena_monitor.hpp"
 
 namespace arkmesh::emulator {

@@ -15,7 +15,7 @@
 #include "emulator/camera.hpp"
 #include "emulator/emulator_config.hpp"
 #include "emulator/ohc_serial_port.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "sim_ode/simulated_arena.hpp"
 
 namespace arkmesh::emulator {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "hal/arena_config.hpp"
+#include "hal/arenas/arena_config.hpp"
 
 namespace arkmesh::emulator {
 namespace {

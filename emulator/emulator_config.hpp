@@ -8,7 +8,7 @@
 
 #include "emulator/camera.hpp"
 #include "emulator/scene.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/types.hpp"
 
 namespace arkmesh::emulator {

@@ -13,7 +13,7 @@
 #include "emulator/emulator_record.hpp"
 #include "emulator/serial_reader.hpp"
 #include "hal/event_loop.hpp"
-#include "hal/mjpeg_server.hpp"
+#include "hal/http/mjpeg_server.hpp"
 
 namespace arkmesh::emulator {
 

@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "emulator/camera_model.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::emulator {

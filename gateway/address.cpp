@@ -7,7 +7,7 @@
 #include <cctype>
 #include <charconv>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::gateway {
 

@@ -11,7 +11,7 @@
 
 #include "gateway/frame/hello.hpp"
 #include "gateway/link.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::gateway {
 

@@ -13,8 +13,8 @@
 #include "gateway/frame/hello.hpp"
 #include "gateway/links/links.hpp"
 #include "gateway/outbox/outbox.hpp"
-#include "hal/messages.hpp"
-#include "hal/without_secrets.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/config/without_secrets.hpp"
 
 namespace arkmesh::gateway {
 

@@ -9,7 +9,7 @@
 #include "gateway/channel_rules.hpp"
 #include "gateway/federation/options.hpp"
 #include "gateway/outbox/flow_window.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::gateway {
 

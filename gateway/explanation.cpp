@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "gateway/frame/channel_name.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::gateway {
 

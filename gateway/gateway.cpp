@@ -13,7 +13,7 @@
 #include "arkmesh/peers_t.hpp"
 #include "gateway/frame/channel_name.hpp"
 #include "gateway/outbox/budget.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::gateway {
 

@@ -11,7 +11,7 @@
 #include "arkmesh/peers_t.hpp"
 #include "gateway/channel_rules.hpp"
 #include "gateway/link.hpp"
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/counters.hpp"
 
 namespace arkmesh::gateway {

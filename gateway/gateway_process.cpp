@@ -34,14 +34,14 @@
 #include "gateway/metrics_server.hpp"
 #include "gateway/port_monitor.hpp"
 #include "gateway/reload_door.hpp"
-#include "hal/bus.hpp"
-#include "hal/bus_config.hpp"
+#include "hal/arenas/experiment.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/bus/bus_config.hpp"
+#include "hal/bus/loss.hpp"
+#include "hal/bus/participants.hpp"
+#include "hal/config/without_secrets.hpp"
 #include "hal/counted.hpp"
-#include "hal/experiment.hpp"
 #include "hal/handle.hpp"
-#include "hal/loss.hpp"
-#include "hal/participants.hpp"
-#include "hal/without_secrets.hpp"
 
 namespace arkmesh::gateway {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <functional>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::gateway {
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "hal/participants.hpp"
+#include "hal/bus/participants.hpp"
 
 namespace arkmesh::gateway {
 

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <utility>
 
-#include "hal/http_server.hpp"
+#include "hal/http/http_server.hpp"
 #include "hal/listen.hpp"
 
 namespace arkmesh::gateway {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "arkmesh/peers_t.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::gateway {
 

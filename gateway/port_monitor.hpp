@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include "hal/bus.hpp"
+#include "hal/arenas/neighbour_detector.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/counters.hpp"
-#include "hal/neighbour_detector.hpp"
 
 namespace arkmesh::gateway {
 

@@ -15,7 +15,7 @@
 #include <string_view>
 #include <utility>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::gateway {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 
 namespace arkmesh::lab {
 

@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/bus.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/counters.hpp"
-#include "hal/messages.hpp"
 #include "hal/types.hpp"
 
 namespace arkmesh::lab {

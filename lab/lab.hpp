@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "hal/arenas/projection.hpp"
 #include "hal/counters.hpp"
-#include "hal/drawing.hpp"
-#include "hal/projection.hpp"
+#include "hal/overlay/drawing.hpp"
 #include "hal/random.hpp"
 #include "hal/types.hpp"
 #include "lab/arena_facts.hpp"

@@ -11,8 +11,8 @@
 #include <set>
 #include <utility>
 
-#include "hal/loss.hpp"
-#include "hal/result_file.hpp"
+#include "hal/bus/loss.hpp"
+#include "hal/record/result_file.hpp"
 
 namespace arkmesh::lab {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/outcome.hpp"
+#include "hal/record/outcome.hpp"
 #include "lab/runner.hpp"
 
 namespace arkmesh::lab {

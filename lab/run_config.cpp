@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "hal/experiment.hpp"
+#include "hal/arenas/experiment.hpp"
 
 namespace arkmesh::lab {
 namespace {

@@ -8,9 +8,9 @@
 #include <map>
 #include <string>
 
-#include "hal/config.hpp"
-#include "hal/participants.hpp"
-#include "hal/projection.hpp"
+#include "hal/arenas/projection.hpp"
+#include "hal/bus/participants.hpp"
+#include "hal/config/config.hpp"
 #include "hal/types.hpp"
 #include "lab/exchange/exchange.hpp"
 #include "lab/safety_config.hpp"

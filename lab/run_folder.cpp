@@ -10,10 +10,10 @@
 #include <cstring>
 #include <ctime>
 
-#include "hal/event_log.hpp"
+#include "hal/files/replace_file.hpp"
 #include "hal/handle.hpp"
-#include "hal/replace_file.hpp"
-#include "hal/result_file.hpp"
+#include "hal/record/event_log.hpp"
+#include "hal/record/result_file.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::lab {

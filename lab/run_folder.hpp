@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "hal/config.hpp"
-#include "hal/recorder.hpp"
+#include "hal/config/config.hpp"
+#include "hal/record/recorder.hpp"
 
 namespace arkmesh::lab {
 

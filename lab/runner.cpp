@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "hal/loss.hpp"
-#include "hal/robot_words.hpp"
+#include "hal/arenas/robot_words.hpp"
+#include "hal/bus/loss.hpp"
 #include "lab/exchange/shared_view.hpp"
 #include "lab/operator/operator_message.hpp"
 

@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "arkmesh/shared_view_t.hpp"
-#include "hal/arena.hpp"
-#include "hal/bus.hpp"
-#include "hal/recorder.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/record/recorder.hpp"
 #include "lab/arena_port.hpp"
 #include "lab/exchange/peer_exchange.hpp"
 #include "lab/lab_data.hpp"

@@ -1,7 +1,7 @@
 // The keys of [sensors]: how robots of this lab sense those of others. A lab's own; labs may differ in them.
 #pragma once
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::lab {
 

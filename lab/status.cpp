@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 #include "lab/result.hpp"
 #include "lab/runner.hpp"
 

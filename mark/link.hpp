@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "hal/wall_time.hpp"
+#include "hal/time/wall_time.hpp"
 
 namespace arkmesh::mark {
 

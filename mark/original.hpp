@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "hal/counters.hpp"
+#include "hal/time/wall_time.hpp"
 #include "hal/types.hpp"
-#include "hal/wall_time.hpp"
 #include "mark/conversation.hpp"
 #include "mark/link.hpp"
 #include "mark/settings.hpp"

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/newest_frame.hpp"
-#include "hal/silent_link.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/arenas/newest_frame.hpp"
+#include "hal/arenas/silent_link.hpp"
 #include "lab/run_config.hpp"
 #include "mark/original.hpp"
 

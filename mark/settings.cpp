@@ -5,7 +5,7 @@
 #include <boost/asio/ip/address.hpp>
 #include <chrono>
 
-#include "hal/arena_config.hpp"
+#include "hal/arenas/arena_config.hpp"
 
 namespace arkmesh::mark {
 namespace {

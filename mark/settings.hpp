@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/types.hpp"
 #include "lab/run_config.hpp"
 

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <utility>
 
-#include "hal/loop_time.hpp"
+#include "hal/time/loop_time.hpp"
 #include "mark/cre_lab.hpp"
 #include "mark/dhtf_lab.hpp"
 #include "mark/tcp_link.hpp"

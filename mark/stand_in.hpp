@@ -7,7 +7,7 @@
 
 #include "app/own_parts.hpp"
 #include "hal/stop_request.hpp"
-#include "hal/wall_time.hpp"
+#include "hal/time/wall_time.hpp"
 #include "mark/original_arena.hpp"
 #include "mark/settings.hpp"
 

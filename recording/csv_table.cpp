@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "hal/whole_file.hpp"
+#include "hal/files/whole_file.hpp"
 
 namespace arkmesh::recording {
 namespace {

@@ -10,9 +10,9 @@
 #include <limits>
 #include <map>
 
+#include "hal/files/replace_file.hpp"
+#include "hal/files/whole_file.hpp"
 #include "hal/layout/message.hpp"
-#include "hal/replace_file.hpp"
-#include "hal/whole_file.hpp"
 
 namespace arkmesh::recording {
 namespace {

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "hal/event_log.hpp"
+#include "hal/record/event_log.hpp"
 
 namespace arkmesh::recording {
 

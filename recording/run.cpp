@@ -8,11 +8,11 @@
 #include <map>
 #include <stdexcept>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/counted.hpp"
-#include "hal/event_log.hpp"
 #include "hal/layout/message.hpp"
-#include "hal/result_file.hpp"
+#include "hal/record/event_log.hpp"
+#include "hal/record/result_file.hpp"
 
 namespace arkmesh::recording {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "sim_ode/host/turns/distance_readings.hpp"
 
 namespace arkmesh::sim_ode {

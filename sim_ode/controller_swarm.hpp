@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/config/config.hpp"
 #include "sim_ode/host/programs/program_text.hpp"
 #include "sim_ode/host/programs/robot_program.hpp"
 

@@ -14,14 +14,14 @@
 #include <utility>
 #include <vector>
 
-#include "hal/arena_config.hpp"
+#include "hal/arenas/arena_config.hpp"
+#include "hal/arenas/newest_frame.hpp"
 #include "hal/counted.hpp"
 #include "hal/fixed_math.hpp"
-#include "hal/newest_frame.hpp"
-#include "hal/pacer.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
+#include "hal/time/pacer.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/battery.hpp"
 #include "sim_ode/host/led_lights.hpp"

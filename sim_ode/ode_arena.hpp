@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/arena_row.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/arenas/arena_row.hpp"
+#include "hal/config/config.hpp"
 #include "sim_ode/host/programs/program_sources.hpp"
 #include "sim_ode/host/robot_output.hpp"
 

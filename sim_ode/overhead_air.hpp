@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "hal/random.hpp"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/types.hpp"
 #include "sim_ode/air_settings.hpp"
 #include "sim_ode/contacts.hpp"

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "hal/arenas/solids.hpp"
 #include "hal/platforms/kilobot/body.hpp"
-#include "hal/solids.hpp"
 #include "sim_ode/contact_solver.hpp"
 #include "sim_ode/neighbour_grid.hpp"
 #include "sim_ode/outline.hpp"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/types.hpp"
 
 namespace arkmesh::sim_ode {

@@ -9,9 +9,9 @@
 #include <optional>
 #include <utility>
 
-#include "hal/newest_frame.hpp"
+#include "hal/arenas/newest_frame.hpp"
+#include "hal/config/without_secrets.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
-#include "hal/without_secrets.hpp"
 #include "testbed/placed_camera.hpp"
 #include "tracker/camera/hung_camera.hpp"
 #include "tracker/camera/source.hpp"

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "arkmesh/shared_view_t.hpp"
-#include "hal/drawing_message.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/arenas/projection.hpp"
+#include "hal/overlay/drawing_message.hpp"
 #include "hal/platforms/kilobot/body.hpp"
-#include "hal/projection.hpp"
 #include "testbed/straight_pictures.hpp"
 #include "tracker/annotate.hpp"
 #include "tracker/overlay_painter.hpp"

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena_row.hpp"
-#include "hal/bus.hpp"
+#include "hal/arenas/arena_row.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/counters.hpp"
-#include "hal/drawing.hpp"
+#include "hal/overlay/drawing.hpp"
 #include "testbed/arena_monitor.hpp"
 
 namespace arkmesh::testbed {

@@ -11,9 +11,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "hal/loop_time.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
+#include "hal/time/loop_time.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "tracker/camera/live_camera.hpp"
 #include "tracker/camera/source.hpp"

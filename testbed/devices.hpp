@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/finding.hpp"
 
 namespace arkmesh::testbed {

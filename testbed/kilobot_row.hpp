@@ -1,7 +1,7 @@
 // arena.use = "kilobot": the row of a testbed of real Kilobots.
 #pragma once
 
-#include "hal/arena_row.hpp"
+#include "hal/arenas/arena_row.hpp"
 
 namespace arkmesh::testbed {
 

@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/arena_config.hpp"
+#include "hal/arenas/arena_config.hpp"
+#include "hal/config/without_secrets.hpp"
 #include "hal/platforms/kilobot/body.hpp"
-#include "hal/without_secrets.hpp"
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/source.hpp"
 

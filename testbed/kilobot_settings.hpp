@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "testbed/kilobot_tracking.hpp"
 #include "tracker/camera/calibration_file.hpp"

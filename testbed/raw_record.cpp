@@ -15,7 +15,7 @@
 #include <thread>
 #include <utility>
 
-#include "hal/without_secrets.hpp"
+#include "hal/config/without_secrets.hpp"
 #include "tracker/camera/source.hpp"
 
 namespace arkmesh::testbed {

@@ -18,10 +18,10 @@
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
+#include "hal/time/wall_time.hpp"
 #include "hal/types.hpp"
-#include "hal/wall_time.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "testbed/raw_folder.hpp"
 #include "testbed/record_writer.hpp"

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
 #include "testbed/arena_monitor.hpp"
 #include "testbed/raw_record.hpp"

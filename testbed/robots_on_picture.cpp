@@ -10,7 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "hal/counted.hpp"
-#include "hal/led_name.hpp"
+#include "hal/overlay/led_name.hpp"
 #include "tracker/brush.hpp"
 #include "tracker/detect/detector.hpp"
 #include "tracker/detect/led_neighbours.hpp"

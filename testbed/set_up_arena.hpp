@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 #include "hal/stop_request.hpp"
 #include "testbed/tracks.hpp"
 #include "tracker/follow/track.hpp"

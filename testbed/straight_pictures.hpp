@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "hal/picture_board.hpp"
+#include "hal/arenas/picture_board.hpp"
 #include "testbed/arena_monitor.hpp"
 #include "tracker/camera/calibration.hpp"
 

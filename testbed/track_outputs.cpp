@@ -12,9 +12,9 @@
 #include <span>
 #include <stdexcept>
 
+#include "hal/arenas/messages.hpp"
 #include "hal/counted.hpp"
-#include "hal/led_name.hpp"
-#include "hal/messages.hpp"
+#include "hal/overlay/led_name.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "testbed/robots_on_picture.hpp"
 #include "tracker/annotate.hpp"

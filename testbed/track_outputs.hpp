@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/bus.hpp"
-#include "hal/loop_time.hpp"
-#include "hal/mjpeg_server.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/http/mjpeg_server.hpp"
+#include "hal/time/loop_time.hpp"
 #include "testbed/track_stream.hpp"
 #include "tracker/camera/source.hpp"
 #include "tracker/follow/table_tracker.hpp"

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "hal/config/without_secrets.hpp"
 #include "hal/counted.hpp"
-#include "hal/without_secrets.hpp"
 #include "testbed/track_outputs.hpp"
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/live_camera.hpp"

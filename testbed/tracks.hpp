@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 #include "tracker/identity/name_keeper.hpp"
 
 namespace arkmesh::testbed {

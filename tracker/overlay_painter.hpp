@@ -1,7 +1,7 @@
 // Draws what a scenario shows people (hal/drawing) over a camera's picture, where it would lie on the table.
 #pragma once
 
-#include "hal/drawing.hpp"
+#include "hal/overlay/drawing.hpp"
 #include "tracker/camera/calibration.hpp"
 
 namespace cv {

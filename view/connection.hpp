@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "hal/counters.hpp"
-#include "hal/http_server.hpp"
+#include "hal/http/http_server.hpp"
 #include "view/viewer_outbox.hpp"
 
 namespace arkmesh::view {

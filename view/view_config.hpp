@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::view {
 

@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/config_entries.hpp"
-#include "hal/near_key.hpp"
+#include "hal/config/config_entries.hpp"
+#include "hal/config/near_key.hpp"
 
 namespace arkmesh::app {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "app/batch/batch_manifest.hpp"
 #include "app/batch/plain_json.hpp"
-#include "hal/config.hpp"
-#include "hal/result_file.hpp"
+#include "hal/config/config.hpp"
+#include "hal/record/result_file.hpp"
 
 namespace arkmesh::app {
 namespace {

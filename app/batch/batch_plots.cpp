@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/own_files.hpp"
+#include "hal/files/own_files.hpp"
 
 namespace arkmesh::app {
 

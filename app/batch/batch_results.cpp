@@ -7,10 +7,10 @@
 #include <set>
 
 #include "app/batch/batch_folder.hpp"
-#include "hal/config.hpp"
-#include "hal/near_key.hpp"
-#include "hal/own_files.hpp"
-#include "hal/replace_file.hpp"
+#include "hal/config/config.hpp"
+#include "hal/config/near_key.hpp"
+#include "hal/files/own_files.hpp"
+#include "hal/files/replace_file.hpp"
 
 namespace arkmesh::app {
 namespace {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "app/batch/plain_json.hpp"
-#include "hal/result_file.hpp"
+#include "hal/record/result_file.hpp"
 
 namespace arkmesh::app {
 namespace {

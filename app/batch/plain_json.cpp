@@ -1,6 +1,6 @@
 #include "app/batch/plain_json.hpp"
 
-#include "hal/whole_file.hpp"
+#include "hal/files/whole_file.hpp"
 
 namespace arkmesh::app {
 namespace {

@@ -15,7 +15,7 @@
 
 #include "app/batch/plain_json.hpp"
 #include "app/joint_run.hpp"
-#include "hal/result_file.hpp"
+#include "hal/record/result_file.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {

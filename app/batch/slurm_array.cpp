@@ -13,9 +13,9 @@
 
 #include "app/batch/batch_progress.hpp"
 #include "hal/child_process.hpp"
-#include "hal/config.hpp"
-#include "hal/own_files.hpp"
-#include "hal/replace_file.hpp"
+#include "hal/config/config.hpp"
+#include "hal/files/own_files.hpp"
+#include "hal/files/replace_file.hpp"
 
 namespace arkmesh::app {
 namespace {

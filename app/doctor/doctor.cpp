@@ -24,14 +24,14 @@
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "gateway/address.hpp"
-#include "hal/bus.hpp"
-#include "hal/bus_config.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/bus/bus_config.hpp"
+#include "hal/bus/sender.hpp"
 #include "hal/child_process.hpp"
 #include "hal/handle.hpp"
-#include "hal/loop_time.hpp"
-#include "hal/messages.hpp"
 #include "hal/on_loop.hpp"
-#include "hal/sender.hpp"
+#include "hal/time/loop_time.hpp"
 
 namespace arkmesh::app {
 namespace {

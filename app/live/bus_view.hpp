@@ -6,8 +6,8 @@
 #include <string>
 
 #include "app/live/lab_feed.hpp"
-#include "hal/bus.hpp"
-#include "hal/bus_config.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/bus/bus_config.hpp"
 #include "hal/event_loop.hpp"
 #include "hal/on_loop.hpp"
 #include "view/server.hpp"

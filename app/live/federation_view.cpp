@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "gateway/links/links.hpp"
-#include "hal/config.hpp"
-#include "hal/without_secrets.hpp"
+#include "hal/config/config.hpp"
+#include "hal/config/without_secrets.hpp"
 
 namespace arkmesh::app {
 namespace {

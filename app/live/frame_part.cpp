@@ -3,7 +3,7 @@
 #include <boost/endian/conversion.hpp>
 
 #include "arkmesh/pose_frame_t.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::app {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "app/live/frame_part.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::app {
 namespace {

@@ -19,10 +19,10 @@
 #include "app/live/view_identity.hpp"
 #include "arkmesh/fleet_command_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
-#include "hal/fault_port.hpp"
+#include "hal/arenas/fault_port.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/files/own_files.hpp"
 #include "hal/label.hpp"
-#include "hal/messages.hpp"
-#include "hal/own_files.hpp"
 #include "lab/status.hpp"
 
 namespace arkmesh::app {

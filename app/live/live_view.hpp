@@ -14,7 +14,7 @@
 #include "app/configured_lab.hpp"
 #include "hal/child_process.hpp"
 #include "hal/event_loop.hpp"
-#include "hal/loop_time.hpp"
+#include "hal/time/loop_time.hpp"
 #include "view/server.hpp"
 
 namespace arkmesh::app {

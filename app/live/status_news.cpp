@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "arkmesh/lab_status_t.hpp"
-#include "hal/bus.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/bus/loss.hpp"
 #include "hal/label.hpp"
-#include "hal/loss.hpp"
-#include "hal/messages.hpp"
 
 namespace arkmesh::app {
 namespace {

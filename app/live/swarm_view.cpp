@@ -9,8 +9,8 @@
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/robot_texts_t.hpp"
+#include "hal/arenas/messages.hpp"
 #include "hal/label.hpp"
-#include "hal/messages.hpp"
 #include "view/view_config.hpp"
 
 namespace arkmesh::app {

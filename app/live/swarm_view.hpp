@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "hal/event_loop.hpp"
-#include "hal/loop_time.hpp"
 #include "hal/stop_request.hpp"
+#include "hal/time/loop_time.hpp"
 #include "sim_ode/controller_swarm.hpp"
 #include "view/server.hpp"
 

@@ -1,8 +1,8 @@
 #include "app/live/traffic_monitor.hpp"
 
 #include "arkmesh/peers_t.hpp"
+#include "hal/arenas/messages.hpp"
 #include "hal/label.hpp"
-#include "hal/messages.hpp"
 
 namespace arkmesh::app {
 

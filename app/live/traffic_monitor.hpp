@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "lab/result.hpp"
 
 namespace arkmesh::app {

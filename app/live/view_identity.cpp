@@ -4,7 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include "gateway/links/browser_certificate.hpp"
-#include "hal/guarded_file.hpp"
+#include "hal/config/guarded_file.hpp"
 
 namespace arkmesh::app {
 

@@ -1,7 +1,7 @@
 #include "app/testbed/set_up.hpp"
 
 #include "app/arenas.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "lab/run_config.hpp"
 
 namespace arkmesh::app {

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "emulator/said_words.hpp"
-#include "hal/config.hpp"
-#include "hal/event_log.hpp"
-#include "hal/log_arena.hpp"
-#include "hal/whole_file.hpp"
+#include "hal/arenas/log_arena.hpp"
+#include "hal/config/config.hpp"
+#include "hal/files/whole_file.hpp"
+#include "hal/record/event_log.hpp"
 #include "testbed/pose_replay.hpp"
 
 namespace arkmesh::app {

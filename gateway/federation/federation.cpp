@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "gateway/frame/frame.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::gateway {
 

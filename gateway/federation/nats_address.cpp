@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "hal/config.hpp"
-#include "hal/without_secrets.hpp"
+#include "hal/config/config.hpp"
+#include "hal/config/without_secrets.hpp"
 
 namespace arkmesh::gateway {
 namespace {

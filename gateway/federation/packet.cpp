@@ -7,7 +7,7 @@
 
 #include "gateway/frame/byte_fields.hpp"
 #include "gateway/frame/channel_name.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::gateway {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "gateway/frame/byte_fields.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::gateway {
 namespace {

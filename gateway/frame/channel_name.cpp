@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::gateway {
 

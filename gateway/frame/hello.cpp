@@ -10,8 +10,8 @@
 #include "arkmesh/world_t.hpp"
 #include "gateway/frame/byte_fields.hpp"
 #include "gateway/frame/channel_name.hpp"
+#include "hal/arenas/messages.hpp"
 #include "hal/label.hpp"
-#include "hal/messages.hpp"
 
 namespace arkmesh::gateway {
 

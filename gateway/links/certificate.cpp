@@ -9,8 +9,8 @@
 #include <ctime>
 #include <stdexcept>
 
-#include "hal/config.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::gateway {
 namespace {

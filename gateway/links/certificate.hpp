@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "hal/guarded_file.hpp"
+#include "hal/config/guarded_file.hpp"
 
 struct x509_st;
 struct evp_pkey_st;

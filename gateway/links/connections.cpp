@@ -12,7 +12,7 @@
 #include "gateway/links/tcp_stream.hpp"
 #include "gateway/links/tls_keys.hpp"
 #include "gateway/links/tls_stream.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::gateway {
 

@@ -13,9 +13,9 @@
 #include <string_view>
 #include <utility>
 
-#include "hal/config.hpp"
-#include "hal/guarded_file.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/config/config.hpp"
+#include "hal/config/guarded_file.hpp"
 
 namespace arkmesh::gateway {
 namespace fs = std::filesystem;

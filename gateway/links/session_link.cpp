@@ -10,7 +10,7 @@
 #include "gateway/frame/channel_name.hpp"
 #include "gateway/links/connections.hpp"
 #include "gateway/links/tls_keys.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::gateway {
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::gateway {
 namespace {

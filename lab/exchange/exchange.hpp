@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/types.hpp"
 
 namespace arkmesh::lab {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::lab {
 namespace {

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/counters.hpp"
 #include "lab/exchange/confirmations.hpp"
 #include "lab/exchange/exchange_tally.hpp"

@@ -8,7 +8,7 @@
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/label.hpp"
 
 namespace arkmesh::lab {

@@ -1,7 +1,7 @@
 #include "lab/exchange/shared_view.hpp"
 
-#include "hal/drawing_message.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/overlay/drawing_message.hpp"
 #include "lab/exchange/world_message.hpp"
 
 namespace arkmesh::lab {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "arkmesh/shared_view_t.hpp"
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "lab/exchange/merged_state.hpp"
 #include "lab/lab_data.hpp"
 

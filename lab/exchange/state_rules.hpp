@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/projection.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/arenas/projection.hpp"
 #include "lab/exchange/lab_state.hpp"
 
 namespace arkmesh::lab {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "lab/behaviour_hash.hpp"
 
 namespace arkmesh::lab {

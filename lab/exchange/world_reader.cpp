@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "hal/participants.hpp"
+#include "hal/bus/participants.hpp"
 
 namespace arkmesh::lab {
 

@@ -7,8 +7,8 @@
 #include <ctime>
 
 #include "arkmesh/operator_command_t.hpp"
+#include "hal/arenas/messages.hpp"
 #include "hal/label.hpp"
-#include "hal/messages.hpp"
 
 namespace arkmesh::lab {
 namespace {

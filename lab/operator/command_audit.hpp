@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "hal/clock.hpp"
-#include "hal/recorder.hpp"
+#include "hal/record/recorder.hpp"
+#include "hal/time/clock.hpp"
 
 namespace arkmesh::lab {
 

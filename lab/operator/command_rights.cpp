@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "hal/arenas/messages.hpp"
 #include "hal/label.hpp"
-#include "hal/messages.hpp"
 #include "lab/operator/operator_message.hpp"
 
 namespace arkmesh::lab {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <utility>
 
-#include "hal/bus.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/label.hpp"
-#include "hal/messages.hpp"
 #include "lab/operator/operator_message.hpp"
 
 namespace arkmesh::lab {

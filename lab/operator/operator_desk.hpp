@@ -13,9 +13,9 @@
 
 #include "arkmesh/fleet_command_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
-#include "hal/clock.hpp"
 #include "hal/counters.hpp"
-#include "hal/recorder.hpp"
+#include "hal/record/recorder.hpp"
+#include "hal/time/clock.hpp"
 #include "lab/operator/command_audit.hpp"
 #include "lab/operator/command_rights.hpp"
 #include "lab/run_config.hpp"

@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "hal/config.hpp"
-#include "hal/guarded_file.hpp"
+#include "hal/config/config.hpp"
+#include "hal/config/guarded_file.hpp"
 
 namespace arkmesh::lab {
 namespace {

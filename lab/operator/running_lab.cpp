@@ -7,8 +7,8 @@
 #include <map>
 #include <random>
 
+#include "hal/arenas/robot_words.hpp"
 #include "hal/label.hpp"
-#include "hal/robot_words.hpp"
 #include "lab/operator/operator_message.hpp"
 #include "lab/safety_config.hpp"
 

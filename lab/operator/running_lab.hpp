@@ -11,9 +11,9 @@
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
-#include "hal/bus.hpp"
-#include "hal/bus_config.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/bus/bus_config.hpp"
 
 namespace arkmesh::lab {
 

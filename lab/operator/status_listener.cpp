@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "hal/arenas/messages.hpp"
 #include "hal/label.hpp"
-#include "hal/messages.hpp"
 
 namespace arkmesh::lab {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
-#include "hal/bus.hpp"
-#include "hal/bus_config.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/bus/bus_config.hpp"
 #include "hal/stop_request.hpp"
 
 namespace arkmesh::lab {

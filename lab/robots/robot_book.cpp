@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 namespace arkmesh::lab {
 namespace {

@@ -14,8 +14,8 @@
 #include <string_view>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/bus.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/counters.hpp"
 #include "hal/types.hpp"
 #include "lab/robots/robot_words.hpp"

@@ -2,7 +2,7 @@
 // the scene has none.
 #pragma once
 
-#include "hal/drawing.hpp"
+#include "hal/overlay/drawing.hpp"
 #include "recording/export/scene_parts.hpp"
 
 namespace arkmesh::recording::scene {

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "hal/counted.hpp"
-#include "hal/whole_file.hpp"
+#include "hal/files/whole_file.hpp"
 #include "recording/export/csv.hpp"
 #include "recording/export/hdf5.hpp"
 #include "recording/export/json.hpp"

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/replace_file.hpp"
+#include "hal/files/replace_file.hpp"
 #include "recording/export/out_file.hpp"
 
 namespace arkmesh::recording {

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "hal/replace_file.hpp"
+#include "hal/files/replace_file.hpp"
 
 namespace arkmesh::recording {
 namespace {

@@ -8,7 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "hal/drawing_message.hpp"
+#include "hal/overlay/drawing_message.hpp"
 #include "recording/export/drawn_scene.hpp"
 #include "recording/export/json.hpp"
 

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <utility>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "recording/view/moments.hpp"
 
 namespace arkmesh::recording {

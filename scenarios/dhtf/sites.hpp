@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "hal/projection.hpp"
+#include "hal/arenas/projection.hpp"
 #include "hal/random.hpp"
 #include "scenarios/dhtf/settings.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/colour.hpp"
+#include "hal/overlay/colour.hpp"
 #include "hal/types.hpp"
 #include "lab/lab.hpp"
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "lab/scenario.hpp"
 
 namespace arkmesh::scenarios::light_up {

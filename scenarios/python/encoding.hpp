@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "hal/colour.hpp"
+#include "hal/overlay/colour.hpp"
 #include "lab/lab.hpp"
 
 namespace arkmesh::scenarios::python {

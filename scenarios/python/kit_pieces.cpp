@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/colour.hpp"
+#include "hal/overlay/colour.hpp"
 #include "scenarios/kit/bearing.hpp"
 #include "scenarios/kit/floor_map.hpp"
 #include "scenarios/kit/light.hpp"

@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/own_files.hpp"
-#include "hal/replace_file.hpp"
+#include "hal/files/own_files.hpp"
+#include "hal/files/replace_file.hpp"
 #include "scenarios/python/encoding.hpp"
 
 namespace arkmesh::scenarios::python {

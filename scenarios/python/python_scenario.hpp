@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/config/config.hpp"
 #include "lab/run_config.hpp"
 #include "lab/scenario.hpp"
 #include "scenarios/python/child.hpp"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "sim_ode/host/robot_profile.hpp"
 
 namespace arkmesh::sim_ode {

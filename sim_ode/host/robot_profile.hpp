@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::sim_ode {

@@ -12,8 +12,8 @@
 #include "arkmesh/fleet_command_t.hpp"
 #include "arkmesh/pose_frame_t.hpp"
 #include "arkmesh/to_robots_t.hpp"
-#include "hal/event_log.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/record/event_log.hpp"
 #include "sim_ode/ode_arena.hpp"
 
 namespace {

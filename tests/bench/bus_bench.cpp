@@ -18,7 +18,7 @@
 #include <thread>
 #include <vector>
 
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/on_loop.hpp"
 
 namespace {

@@ -22,7 +22,7 @@
 #include <thread>
 #include <vector>
 
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "tests/support/processes/process.hpp"
 
 namespace {

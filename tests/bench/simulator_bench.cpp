@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/robot_host.hpp"
 #include "sim_ode/infrared_exchange.hpp"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "emulator/emulator.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "testbed/kilobot_tracking.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
 #include "tests/support/emulated/tracking_referee.hpp"

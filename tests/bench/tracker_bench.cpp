@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "testbed/kilobot_tracking.hpp"
 #include "tests/bench/arena_film.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"

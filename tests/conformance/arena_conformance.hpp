@@ -1,5 +1,5 @@
-// What hal/arena.hpp promises, as checks for any arena. Each takes a row of the table in arena_test.cpp. A new platform
-// is done when its row passes.
+// What hal/arenas/arena.hpp promises, as checks for any arena. Each takes a row of the table in arena_test.cpp. A new
+// platform is done when its row passes.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -16,7 +16,7 @@
 #include <tuple>
 #include <vector>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 #include "hal/random.hpp"
 #include "tests/support/processes/run_delay.hpp"
 

@@ -1,4 +1,4 @@
-// What hal/arena.hpp promises of equal arenas: equal runs, however they are served and sliced.
+// What hal/arenas/arena.hpp promises of equal arenas: equal runs, however they are served and sliced.
 #pragma once
 
 #include <doctest/doctest.h>

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "emulator/emulator.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 namespace arkmesh::emulator {
 

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "hal/arena_config.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena_config.hpp"
+#include "hal/config/config.hpp"
 
 using namespace arkmesh::hal;
 

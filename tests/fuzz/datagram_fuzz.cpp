@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "hal/datagram_assembler.hpp"
+#include "hal/bus/datagram_assembler.hpp"
 #include "tests/support/network/lcm_datagrams.hpp"
 
 namespace {

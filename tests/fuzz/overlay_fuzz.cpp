@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "hal/drawing_message.hpp"
+#include "hal/overlay/drawing_message.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace arkmesh::hal;

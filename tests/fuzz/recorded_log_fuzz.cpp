@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/recorder.hpp"
+#include "hal/record/recorder.hpp"
 #include "recording/log.hpp"
 
 namespace {

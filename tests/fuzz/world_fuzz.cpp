@@ -7,7 +7,7 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
 #include "arkmesh/peers_t.hpp"
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "lab/exchange/period_gate.hpp"
 #include "lab/exchange/world_message.hpp"
 

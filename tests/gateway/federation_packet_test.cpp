@@ -11,7 +11,7 @@
 #include "gateway/federation/nats_address.hpp"
 #include "gateway/federation/packet.hpp"
 #include "gateway/federation/seals.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/random.hpp"
 
 namespace arkmesh::gateway {

@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "tests/support/network/test_keys.hpp"
 
 namespace arkmesh::gateway {

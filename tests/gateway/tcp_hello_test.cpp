@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gateway/links/connections.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/random.hpp"
 #include "tests/support/network/raw_peer.hpp"
 #include "tests/support/network/tcp_bench.hpp"

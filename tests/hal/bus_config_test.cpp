@@ -1,12 +1,12 @@
 // What [bus] of a lab's file may say, and how its URL is read.
-#include "hal/bus_config.hpp"
+#include "hal/bus/bus_config.hpp"
 
 #include <arpa/inet.h>
 #include <doctest/doctest.h>
 
 #include <string>
 
-#include "hal/multicast_url.hpp"
+#include "hal/bus/multicast_url.hpp"
 
 namespace arkmesh::hal {
 namespace {

@@ -1,5 +1,5 @@
 // The bus in memory. Over the network: tests/process/hal_bus_test.cpp.
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 
 #include <doctest/doctest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::hal;

@@ -1,5 +1,5 @@
 // Structs read, checked, written and listed by one visit; what is wrong in a file is said in one sentence.
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 
 #include <doctest/doctest.h>
 

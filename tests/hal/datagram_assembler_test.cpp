@@ -1,5 +1,5 @@
 // Messages out of LCM's datagrams, and what becomes of datagrams that nobody honest sends.
-#include "hal/datagram_assembler.hpp"
+#include "hal/bus/datagram_assembler.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // What scenarios draw: what a drawing takes, and its way over the bus.
-#include "hal/drawing.hpp"
+#include "hal/overlay/drawing.hpp"
 
 #include <doctest/doctest.h>
 
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/drawing_message.hpp"
+#include "hal/overlay/drawing_message.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::hal;

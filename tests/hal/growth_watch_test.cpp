@@ -1,5 +1,5 @@
 // When a recording grows too fast, by which clock, and because of what.
-#include "hal/growth_watch.hpp"
+#include "hal/record/growth_watch.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // Replaying logs, good and bad. What every arena promises: tests/conformance.
-#include "hal/log_arena.hpp"
+#include "hal/arenas/log_arena.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/messages.hpp"
-#include "hal/recorder.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/record/recorder.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;

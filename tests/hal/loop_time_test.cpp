@@ -1,4 +1,4 @@
-#include "hal/loop_time.hpp"
+#include "hal/time/loop_time.hpp"
 
 #include <doctest/doctest.h>
 

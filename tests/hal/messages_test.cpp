@@ -1,5 +1,5 @@
 // Lab values to LCM messages and back.
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // The null arena, the common [arena] keys and the pacer. What every arena promises: tests/conformance.
-#include "hal/null_arena.hpp"
+#include "hal/arenas/null_arena.hpp"
 
 #include <doctest/doctest.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <string>
 
-#include "hal/arena_config.hpp"
-#include "hal/pacer.hpp"
+#include "hal/arenas/arena_config.hpp"
+#include "hal/time/pacer.hpp"
 
 using namespace arkmesh::hal;
 

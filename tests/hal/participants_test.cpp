@@ -1,5 +1,5 @@
 // Which lab a file is of and with whom it shares a world: defaults, and every rule that a file can break.
-#include "hal/participants.hpp"
+#include "hal/bus/participants.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // Recording: what comes back, what LCM's own reader says of it, and what a full disk costs.
-#include "hal/recorder.hpp"
+#include "hal/record/recorder.hpp"
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>
@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/event_log.hpp"
+#include "hal/record/event_log.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh::hal;

@@ -1,5 +1,5 @@
 // Files that are replaced as a whole.
-#include "hal/replace_file.hpp"
+#include "hal/files/replace_file.hpp"
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>
@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "hal/guarded_file.hpp"
+#include "hal/config/guarded_file.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;

@@ -1,6 +1,6 @@
 // result.json: its outcome comes back as it was written, whether the run goes on follows one rule, and files of
 // somebody else are no results.
-#include "hal/result_file.hpp"
+#include "hal/record/result_file.hpp"
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>
@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "hal/replace_file.hpp"
+#include "hal/files/replace_file.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;

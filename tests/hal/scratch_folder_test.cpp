@@ -1,4 +1,4 @@
-#include "hal/scratch_folder.hpp"
+#include "hal/files/scratch_folder.hpp"
 
 #include <doctest/doctest.h>
 

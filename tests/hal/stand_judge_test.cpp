@@ -1,5 +1,5 @@
 // Whether robots stand, from poses with a camera's noise, hands, and robots that walk slowly.
-#include "hal/stand_judge.hpp"
+#include "hal/arenas/stand_judge.hpp"
 
 #include <doctest/doctest.h>
 

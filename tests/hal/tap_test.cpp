@@ -1,5 +1,5 @@
 // The tap between two buses in memory. A memq bus hears its own messages, as multicast does.
-#include "hal/tap.hpp"
+#include "hal/bus/tap.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // What of a text people may see.
-#include "hal/without_secrets.hpp"
+#include "hal/config/without_secrets.hpp"
 
 #include <doctest/doctest.h>
 

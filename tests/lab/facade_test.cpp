@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/bus.hpp"
-#include "hal/drawing_message.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/overlay/drawing_message.hpp"
 #include "lab/exchange/shared_view.hpp"
 #include "lab/lab.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "arkmesh/fleet_command_t.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 #include "lab/operator/operator_key.hpp"
 #include "lab/operator/operator_message.hpp"
 #include "lab/operator/peer_signatures.hpp"

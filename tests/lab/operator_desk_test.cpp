@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
-#include "hal/event_log.hpp"
+#include "hal/config/config.hpp"
+#include "hal/record/event_log.hpp"
 #include "tests/lab/operator_bench.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 

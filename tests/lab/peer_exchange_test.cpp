@@ -10,7 +10,7 @@
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 using namespace arkmesh;
 using namespace std::chrono_literals;

@@ -3,8 +3,8 @@
 
 #include <doctest/doctest.h>
 
-#include "hal/loss.hpp"
-#include "hal/result_file.hpp"
+#include "hal/bus/loss.hpp"
+#include "hal/record/result_file.hpp"
 #include "tests/lab/runner_bench.hpp"
 
 using namespace arkmesh;

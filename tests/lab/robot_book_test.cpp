@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 #include "hal/random.hpp"
 #include "tests/lab/runner_bench.hpp"
 

@@ -11,8 +11,8 @@
 #include <iterator>
 #include <string>
 
-#include "hal/replace_file.hpp"
-#include "hal/result_file.hpp"
+#include "hal/files/replace_file.hpp"
+#include "hal/record/result_file.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;

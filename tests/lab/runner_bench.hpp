@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "arkmesh/lab_status_t.hpp"
-#include "hal/newest_frame.hpp"
+#include "hal/arenas/newest_frame.hpp"
 #include "lab/runner.hpp"
 #include "tests/lab/operator_bench.hpp"
 #include "tests/support/processes/temporary_directory.hpp"

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <optional>
 
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 #include "lab/exchange/world_message.hpp"
 #include "lab/result.hpp"
 #include "tests/lab/runner_bench.hpp"

@@ -7,7 +7,7 @@
 
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::lab;

@@ -11,7 +11,7 @@
 
 #include "app/joint_run.hpp"
 #include "gateway/config.hpp"
-#include "hal/arena_config.hpp"
+#include "hal/arenas/arena_config.hpp"
 #include "lab/run_config.hpp"
 #include "scenarios/dhtf/settings.hpp"
 #include "sim_ode/settings.hpp"

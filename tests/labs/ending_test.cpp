@@ -8,8 +8,8 @@
 #include "app/joint_run.hpp"
 #include "app/lab_files.hpp"
 #include "arkmesh/fleet_command_t.hpp"
-#include "hal/bus.hpp"
-#include "hal/event_log.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/record/event_log.hpp"
 #include "tests/support/labs/dhtf_configs.hpp"
 #include "tests/support/processes/process.hpp"
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 using namespace arkmesh;
 

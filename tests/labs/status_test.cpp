@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/joint_run.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 #include "tests/support/labs/dhtf_configs.hpp"
 #include "tests/support/processes/process.hpp"
 #include "tests/support/processes/run_delay.hpp"

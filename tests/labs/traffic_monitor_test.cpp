@@ -7,7 +7,7 @@
 #include <string>
 
 #include "arkmesh/peers_t.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 
 using namespace arkmesh;
 

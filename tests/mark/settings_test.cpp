@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "lab/run_config.hpp"
 #include "mark/stand_in.hpp"
 #include "tests/support/labs/dhtf_configs.hpp"

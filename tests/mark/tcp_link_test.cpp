@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/loop_time.hpp"
+#include "hal/time/loop_time.hpp"
 #include "tests/support/processes/process.hpp"
 
 using namespace arkmesh;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "arkmesh/lab_status_t.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 #include "tests/support/labs/lab_processes.hpp"
 #include "tests/support/processes/run_delay.hpp"
 #include "tests/support/view/browser.hpp"

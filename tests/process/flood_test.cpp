@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
 #include "lab/operator/operator_message.hpp"
 #include "lab/result.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"

@@ -13,8 +13,8 @@
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "gateway/links/links.hpp"
-#include "hal/bus.hpp"
-#include "hal/messages.hpp"
+#include "hal/arenas/messages.hpp"
+#include "hal/bus/bus.hpp"
 #include "tests/support/network/raw_peer.hpp"
 #include "tests/support/processes/process.hpp"
 

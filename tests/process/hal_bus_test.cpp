@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/bus.hpp"
-#include "hal/event_log.hpp"
-#include "hal/tap.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/bus/tap.hpp"
+#include "hal/record/event_log.hpp"
 #include "tests/support/processes/process.hpp"
 
 using namespace arkmesh;

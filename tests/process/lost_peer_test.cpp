@@ -11,7 +11,7 @@
 #include "arkmesh/fleet_command_t.hpp"
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/shared_view_t.hpp"
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "tests/support/labs/lab_processes.hpp"
 
 using namespace arkmesh;

@@ -16,7 +16,7 @@
 #include "arkmesh/fleet_command_t.hpp"
 #include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "tests/support/labs/lab_processes.hpp"
 #include "tests/support/network/test_keys.hpp"
 

@@ -12,8 +12,8 @@
 
 #include "app/live/view_identity.hpp"
 #include "arkmesh/lab_status_t.hpp"
-#include "hal/bus.hpp"
-#include "hal/config.hpp"
+#include "hal/bus/bus.hpp"
+#include "hal/config/config.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
 #include "tests/support/labs/lab_processes.hpp"
 #include "tests/support/network/test_keys.hpp"

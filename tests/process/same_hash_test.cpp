@@ -4,7 +4,7 @@
 #include <csignal>
 #include <string>
 
-#include "hal/event_log.hpp"
+#include "hal/record/event_log.hpp"
 #include "lab/result.hpp"
 #include "tests/support/labs/dhtf_labs.hpp"
 #include "tests/support/labs/lab_processes.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "tests/support/network/lcm_datagrams.hpp"
 #include "tests/support/network/two_hosts.hpp"
 #include "tests/support/processes/process.hpp"

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "arkmesh/pose_frame_t.hpp"
-#include "hal/event_log.hpp"
 #include "hal/layout/message.hpp"
-#include "hal/recorder.hpp"
+#include "hal/record/event_log.hpp"
+#include "hal/record/recorder.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "arkmesh/pose_frame_t.hpp"
-#include "hal/recorder.hpp"
+#include "hal/record/recorder.hpp"
 
 namespace arkmesh::tests {
 

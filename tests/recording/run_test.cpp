@@ -8,7 +8,7 @@
 
 #include "arkmesh/pose_frame_t.hpp"
 #include "arkmesh/shared_view_t.hpp"
-#include "hal/recorder.hpp"
+#include "hal/record/recorder.hpp"
 #include "recording/csv_table.hpp"
 #include "recording/view/moments.hpp"
 #include "recording/view/run_story.hpp"

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "hal/drawing_message.hpp"
+#include "hal/arenas/messages.hpp"
 #include "hal/layout/types.hpp"
-#include "hal/messages.hpp"
+#include "hal/overlay/drawing_message.hpp"
 
 using namespace arkmesh;
 using hal::Colour, hal::Drawing;

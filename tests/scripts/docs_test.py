@@ -49,7 +49,7 @@ FRAGMENTS = {
         ("struct Declares : lab::Scenario { using Lab = lab::Lab;", "};"),
         ("void add(std::vector<app::CatalogueEntry>& entries) { using app::scenario_with; std::vector<app::CatalogueEntry> more = {", "}; entries.swap(more); }")],
 }
-INCLUDES = ("#include \"app/scenarios.hpp\"\n#include \"hal/drawing.hpp\"\n#include \"scenarios/light_up/light_up.hpp\"\n"
+INCLUDES = ("#include \"app/scenarios.hpp\"\n#include \"hal/overlay/drawing.hpp\"\n#include \"scenarios/light_up/light_up.hpp\"\n"
             "using namespace arkmesh;\n")
 
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "sim_ode/ode_arena.hpp"
 
 namespace arkmesh::sim_ode {

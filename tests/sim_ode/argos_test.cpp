@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hal/loss.hpp"
+#include "hal/bus/loss.hpp"
 #include "tests/sim_ode/heard_warnings.hpp"
 #include "tests/sim_ode/standing_robots.hpp"
 

@@ -2,7 +2,7 @@
 // truly is.
 #include <doctest/doctest.h>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "testbed/kilobot_tracking.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
 #include "tests/support/emulated/tracking_referee.hpp"

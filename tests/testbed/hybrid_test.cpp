@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/joint_run.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "tests/support/processes/process.hpp"
 #include "tests/support/processes/thorough.hpp"
 

@@ -12,7 +12,7 @@
 
 #include "emulator/emulated_arena.hpp"
 #include "emulator/said_words.hpp"
-#include "hal/led_name.hpp"
+#include "hal/overlay/led_name.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "sim_ode/ode_arena.hpp"
 #include "tests/support/processes/temporary_directory.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/robot_words.hpp"
+#include "hal/arenas/robot_words.hpp"
 #include "tests/support/processes/thorough.hpp"
 #include "tests/testbed/observed_testbed.hpp"
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "emulator/emulator.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "testbed/arena_monitor.hpp"
 #include "testbed/kilobot_row.hpp"
 #include "testbed/kilobot_tracking.hpp"

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "emulator/emulator.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "testbed/arena_monitor.hpp"
 #include "tracker/camera/calibration_file.hpp"
 

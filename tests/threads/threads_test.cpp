@@ -21,7 +21,7 @@
 
 #include "emulator/serial_reader.hpp"
 #include "gateway/links/host_lookup.hpp"
-#include "hal/mjpeg_server.hpp"
+#include "hal/http/mjpeg_server.hpp"
 #include "testbed/record_writer.hpp"
 #include "tracker/camera/live_camera.hpp"
 

@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 #include <stdexcept>
 
-#include "hal/replace_file.hpp"
+#include "hal/files/replace_file.hpp"
 
 namespace arkmesh::tracker {
 namespace {

@@ -13,7 +13,7 @@
 #include <thread>
 #include <utility>
 
-#include "hal/without_secrets.hpp"
+#include "hal/config/without_secrets.hpp"
 #include "tracker/camera/jpeg_stream.hpp"
 #include "tracker/camera/picture_child.hpp"
 #include "tracker/camera/source.hpp"

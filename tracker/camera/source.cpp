@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "hal/counted.hpp"
-#include "hal/replace_file.hpp"
+#include "hal/files/replace_file.hpp"
 #include "tracker/camera/lower_case.hpp"
 #include "tracker/camera/picture_child.hpp"
 

@@ -24,7 +24,7 @@ export function word(status, field) {
 }
 
 /**
- * "4, 7-9, 11", as hal/robot_words.hpp.
+ * "4, 7-9, 11", as hal/arenas/robot_words.hpp.
  * @param {number[]} ascending
  */
 export function robots_words(ascending) {

@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "hal/arena_config.hpp"
+#include "hal/arenas/arena_config.hpp"
+#include "hal/arenas/solids.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
-#include "hal/solids.hpp"
 
 namespace arkmesh::hal::kilobot {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/config/config.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 
 namespace arkmesh::hal::kilobot {

@@ -10,7 +10,7 @@
 #include "hal/platforms/kilobot/byte_stream.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
 #include "hal/platforms/kilobot/stand_guard.hpp"
-#include "hal/wall_time.hpp"
+#include "hal/time/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 #include "hal/platforms/kilobot/message.hpp"
-#include "hal/wall_time.hpp"
+#include "hal/time/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 

@@ -14,13 +14,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "hal/arenas/newest_frame.hpp"
+#include "hal/arenas/robot_words.hpp"
+#include "hal/arenas/stand_judge.hpp"
 #include "hal/counted.hpp"
-#include "hal/newest_frame.hpp"
-#include "hal/pacer.hpp"
 #include "hal/platforms/kilobot/overhead_controller.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
-#include "hal/robot_words.hpp"
-#include "hal/stand_judge.hpp"
+#include "hal/time/pacer.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {

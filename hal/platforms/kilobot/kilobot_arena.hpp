@@ -5,12 +5,12 @@
 #include <memory>
 #include <string>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 #include "hal/platforms/kilobot/arena_settings.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
 #include "hal/platforms/kilobot/robot_monitor.hpp"
 #include "hal/platforms/kilobot/stand_guard.hpp"
-#include "hal/wall_time.hpp"
+#include "hal/time/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/config/config.hpp"
 #include "hal/platforms/kilobot/message.hpp"
 
 namespace arkmesh::hal::kilobot {

@@ -1,7 +1,7 @@
 // Packs words into composites, as the layout of the arena's robots says; a whole message goes alone.
 #include "hal/platforms/kilobot/message_registers.hpp"
 
-#include "hal/silent_link.hpp"
+#include "hal/arenas/silent_link.hpp"
 
 namespace arkmesh::hal::kilobot {
 

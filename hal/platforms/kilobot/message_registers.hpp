@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/fleet_queue.hpp"
 #include "hal/platforms/kilobot/layout.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "hal/platforms/kilobot/port_lock.hpp"
-#include "hal/wall_time.hpp"
+#include "hal/time/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {

@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/config/config.hpp"
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "hal/platforms/kilobot/packet_port.hpp"

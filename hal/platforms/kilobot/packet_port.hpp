@@ -11,7 +11,7 @@
 #include "hal/counters.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
 #include "hal/platforms/kilobot/packet.hpp"
-#include "hal/wall_time.hpp"
+#include "hal/time/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 

@@ -22,7 +22,7 @@
 #include "hal/label.hpp"
 #include "hal/platforms/kilobot/descriptor_stream.hpp"
 #include "hal/platforms/kilobot/stand_guard.hpp"
-#include "hal/wall_time.hpp"
+#include "hal/time/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string_view>
 
-#include "hal/arena_config.hpp"
+#include "hal/arenas/arena_config.hpp"
 #include "hal/counted.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 

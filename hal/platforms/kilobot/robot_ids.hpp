@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/platforms/kilobot/layout.hpp"
 #include "hal/types.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 #include "hal/platforms/kilobot/message.hpp"
 
 namespace arkmesh::hal::kilobot {

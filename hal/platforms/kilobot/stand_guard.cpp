@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "hal/own_files.hpp"
+#include "hal/files/own_files.hpp"
 #include "hal/platforms/kilobot/guard_words.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
 

@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "hal/handle.hpp"
+#include "hal/time/wall_time.hpp"
 #include "hal/types.hpp"
-#include "hal/wall_time.hpp"
 
 namespace arkmesh::hal::kilobot {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/scratch_folder.hpp"
+#include "hal/files/scratch_folder.hpp"
 #include "sim_ode/host/programs/avr_tools.hpp"
 
 namespace arkmesh::sim_ode {

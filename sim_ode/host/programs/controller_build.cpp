@@ -7,9 +7,9 @@
 #include <system_error>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
+#include "hal/files/scratch_folder.hpp"
 #include "hal/platforms/kilobot/intel_hex.hpp"
-#include "hal/scratch_folder.hpp"
 #include "sim_ode/host/programs/controller_check.hpp"
 #include "sim_ode/host/programs/robot_program.hpp"
 

@@ -13,7 +13,7 @@
 #include <system_error>
 
 #include "hal/child_process.hpp"
-#include "hal/own_files.hpp"
+#include "hal/files/own_files.hpp"
 #include "sim_ode/host/programs/robot_types.hpp"
 
 namespace arkmesh::sim_ode {

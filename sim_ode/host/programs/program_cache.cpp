@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "hal/child_process.hpp"
-#include "hal/replace_file.hpp"
+#include "hal/files/replace_file.hpp"
 #include "sim_ode/host/programs/content_hash.hpp"
 #include "sim_ode/host/programs/program_inputs.hpp"
 

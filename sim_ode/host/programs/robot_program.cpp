@@ -17,7 +17,7 @@
 #include <utility>
 
 #include "hal/child_process.hpp"
-#include "hal/scratch_folder.hpp"
+#include "hal/files/scratch_folder.hpp"
 #include "sim_ode/host/programs/program_cache.hpp"
 #include "sim_ode/host/programs/shipped_programs.hpp"
 

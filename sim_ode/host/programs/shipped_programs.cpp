@@ -7,8 +7,8 @@
 #include <string>
 #include <system_error>
 
-#include "hal/own_files.hpp"
-#include "hal/scratch_folder.hpp"
+#include "hal/files/own_files.hpp"
+#include "hal/files/scratch_folder.hpp"
 #include "sim_ode/host/programs/content_hash.hpp"
 #include "sim_ode/host/programs/object_build.hpp"
 

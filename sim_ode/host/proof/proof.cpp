@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "hal/counted.hpp"
-#include "hal/scratch_folder.hpp"
+#include "hal/files/scratch_folder.hpp"
 #include "sim_ode/host/programs/content_hash.hpp"
 #include "sim_ode/host/programs/controller_check.hpp"
 #include "sim_ode/host/programs/program_cache.hpp"

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/led_name.hpp"
+#include "hal/overlay/led_name.hpp"
 
 namespace arkmesh::sim_ode {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/own_files.hpp"
+#include "hal/files/own_files.hpp"
 #include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::sim_ode {

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "hal/fixed_math.hpp"
-#include "hal/led_name.hpp"
+#include "hal/overlay/led_name.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {

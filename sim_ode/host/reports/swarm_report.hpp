@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/arena.hpp"
-#include "hal/led_name.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/overlay/led_name.hpp"
 
 namespace arkmesh::sim_ode {
 

@@ -10,9 +10,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "hal/arena_config.hpp"
-#include "hal/newest_frame.hpp"
-#include "hal/pacer.hpp"
+#include "hal/arenas/arena_config.hpp"
+#include "hal/arenas/newest_frame.hpp"
+#include "hal/time/pacer.hpp"
 #include "tests/examples/rover/roll_call.hpp"
 #include "tests/examples/rover/rover_base.hpp"
 #include "tests/examples/rover/simulated_rovers.hpp"

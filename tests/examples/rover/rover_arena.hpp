@@ -5,17 +5,17 @@
 #include <memory>
 #include <string>
 
-#include "hal/arena.hpp"
-#include "hal/arena_row.hpp"
-#include "hal/config.hpp"
+#include "hal/arenas/arena.hpp"
+#include "hal/arenas/arena_row.hpp"
+#include "hal/config/config.hpp"
 #include "tests/examples/rover/devices.hpp"
 
 namespace arkmesh::examples::rover {
 
 inline constexpr double body_radius_m = 0.03;
 
-// Reads the common [arena] keys (see hal/arena_config.hpp; `pace` has no effect) and arena.rover.names_within_s (10,
-// 0.1..3600). advance_to(0) is there when every rover has shown its light, and throws std::runtime_error when that
+// Reads the common [arena] keys (see hal/arenas/arena_config.hpp; `pace` has no effect) and arena.rover.names_within_s
+// (10, 0.1..3600). advance_to(0) is there when every rover has shown its light, and throws std::runtime_error when that
 // takes longer. Each rover answers what it is told with the same kind and value. Destroying the arena before end() was
 // true waits until it is. Counts `from_robots.refused.unknown_robot`, `from_robots.damaged_bytes` and, for each rover
 // and frame, `poses.lost.robot`. `wall` outlives the arena. Throws ConfigError.

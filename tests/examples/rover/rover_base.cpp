@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "hal/silent_link.hpp"
+#include "hal/arenas/silent_link.hpp"
 
 namespace arkmesh::examples::rover {
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 #include "tests/examples/rover/devices.hpp"
 #include "tests/examples/rover/protocol.hpp"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "hal/random.hpp"
-#include "hal/wall_time.hpp"
+#include "hal/time/wall_time.hpp"
 #include "tests/examples/rover/devices.hpp"
 #include "tests/examples/rover/protocol.hpp"
 

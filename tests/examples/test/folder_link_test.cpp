@@ -10,7 +10,7 @@
 #include "gateway/config.hpp"
 #include "gateway/gateway.hpp"
 #include "gateway/links/links.hpp"
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
 
 using namespace arkmesh;

@@ -1,5 +1,5 @@
 // Pictures over HTTP: what a browser and OpenCV get, and what clients cannot do to the server.
-#include "hal/mjpeg_server.hpp"
+#include "hal/http/mjpeg_server.hpp"
 
 #include <arpa/inet.h>
 #include <doctest/doctest.h>

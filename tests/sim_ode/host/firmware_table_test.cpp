@@ -4,7 +4,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "hal/led_name.hpp"
+#include "hal/overlay/led_name.hpp"
 #include "sim_ode/host/robot_host.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 

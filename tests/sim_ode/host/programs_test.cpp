@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-#include "hal/led_name.hpp"
+#include "hal/overlay/led_name.hpp"
 #include "sim_ode/host/programs/controller_check.hpp"
 #include "tests/sim_ode/host/program_run.hpp"
 #include "tests/support/processes/thorough.hpp"

@@ -11,7 +11,7 @@
 
 #include "emulator/emulated_arena.hpp"
 #include "emulator/emulator_record.hpp"
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "tests/support/processes/process.hpp"
 
 namespace arkmesh::tests {

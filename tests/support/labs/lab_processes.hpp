@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "tests/support/processes/process.hpp"
 
 namespace arkmesh::tests {

@@ -10,7 +10,7 @@
 
 #include "app/arenas.hpp"
 #include "app/joint_run.hpp"
-#include "hal/arena.hpp"
+#include "hal/arenas/arena.hpp"
 
 namespace arkmesh::tests {
 

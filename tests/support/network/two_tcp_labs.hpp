@@ -12,7 +12,7 @@
 
 #include "gateway/gateway.hpp"
 #include "gateway/links/connections.hpp"
-#include "hal/bus.hpp"
+#include "hal/bus/bus.hpp"
 #include "tests/support/network/impairment_proxy.hpp"
 #include "tests/support/network/tcp_bench.hpp"
 

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "hal/random.hpp"
 #include "sim_ode/simulated_arena.hpp"
 #include "tracker/follow/track.hpp"

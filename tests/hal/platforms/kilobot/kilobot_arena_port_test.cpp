@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "hal/arenas/robot_words.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
-#include "hal/robot_words.hpp"
 #include "tests/hal/platforms/kilobot/overhead_bench.hpp"
 #include "tests/support/kilobot/fake_monitor.hpp"
 #include "tests/support/processes/pseudo_terminal.hpp"

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "hal/arenas/robot_words.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
-#include "hal/robot_words.hpp"
 #include "tests/hal/platforms/kilobot/overhead_bench.hpp"
 #include "tests/support/kilobot/fake_cable.hpp"
 #include "tests/support/kilobot/fake_monitor.hpp"

@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "hal/config.hpp"
+#include "hal/config/config.hpp"
 #include "tests/hal/platforms/kilobot/overhead_bench.hpp"
 
 using namespace arkmesh;

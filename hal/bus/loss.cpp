@@ -1,0 +1,59 @@
+#include "hal/bus/loss.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace arkmesh::hal {
+
+bool is_loss(std::string_view name) {
+  static constexpr std::array<std::string_view, 13> words{"dropped",  "expired", "gap",     "ignored",  "late",
+                                                          "lost",     "missing", "refused", "not_sent", "not_recorded",
+                                                          "replaced", "skipped", "withheld"};
+  while (!name.empty()) {
+    const auto end = std::min(name.find('.'), name.size());
+    if (std::ranges::find(words, name.substr(0, end)) != words.end()) return true;
+    name.remove_prefix(std::min(end + 1, name.size()));
+  }
+  return false;
+}
+
+std::vector<std::string> loss_words(const Counters& counters, const std::string& prefix) {
+  std::vector<std::string> out;
+  const auto count = [&](const char* name) { return counters[prefix + name]; };
+  const auto say_most = [&](std::uint64_t lost, std::uint64_t all, const char* what, const char* why) {
+    const bool most = lost * 2 > all;
+    if (most) out.push_back(fmt::format("{} of {} {}: {}", lost, all, what, why));
+    return most;
+  };
+  const std::uint64_t sent = count("infrared.sent"), deaf = count("infrared.pairs.deaf");
+  const bool refused =
+      say_most(count("infrared.refused.crc"), sent, "infrared messages refused",
+               "their checksum is not that of what is sent; a robot refuses them, ARGoS does not check");
+  if (!say_most(count("infrared.refused.type"), sent, "infrared messages kept from programs",
+                "types above 127 belong to robots' firmware; ARGoS passes them on") &&
+      !refused && deaf > 0)
+    out.push_back(fmt::format(
+        "{} of {} pairs in reach heard nothing of each other for a minute or longer: {}", deaf,
+        count("infrared.pairs.in_reach"),
+        count("infrared.lost.crowded") > 0
+            ? "by ARGoS's rules a robot hears four messages in a tick, those of the first robots"
+            : "mostly two senders that do not hear each other spoil each other's messages, or the overhead controller "
+              "speaks all the time"));
+  const std::uint64_t bad = count("overhead.refused.crc") + count("overhead.distorted");
+  say_most(bad, bad + count("overhead.heard"), "overhead messages refused",
+           "copies are distorted or their checksum is wrong; packets that follow each other within 50 ms distort them");
+  const std::uint64_t offered = counters["to_robots.offered"], replaced = counters["to_robots.replaced"];
+  say_most(
+      counters["to_robots.refused"], offered, "words to robots refused",
+      "ids, kinds, values or types that the layout of words has no room for; to_robots.refused counts them by reason");
+  if (replaced * 4 > offered)
+    out.push_back(fmt::format(
+        "{} of {} words to robots replaced by newer ones before they were sent: they need {:.0f} % of the overhead "
+        "controller's airtime; say less, or less often",
+        replaced, offered, 100.0 * static_cast<double>(offered) / static_cast<double>(offered - replaced)));
+  return out;
+}
+
+}  // namespace arkmesh::hal
