@@ -389,7 +389,7 @@ class PageTest(unittest.TestCase):
             const {stage, film} = arkmesh; await film.begin(10e6); for (let i = 0; i < 20; ++i) await film.next(1e6);
             const [floor] = stage.contexts, w = floor.canvas.width, h = floor.canvas.height;
             const flat = new OffscreenCanvas(w, h).getContext('2d'); for (const c of stage.contexts) flat.drawImage(c.canvas, 0, 0);
-            const one = new OffscreenCanvas(w, h).getContext('2d'), {whole} = await import('/page/scene.js');
+            const one = new OffscreenCanvas(w, h).getContext('2d'), {whole} = await import('/page/draw/scene.js');
             for (const pane of stage.panes.list) whole(one, stage.scene(pane, true));
             const a = flat.getImageData(0, 0, w, h).data, b = one.getImageData(0, 0, w, h).data; let apart = 0, hash = 0;
             for (let i = 0; i < a.length; ++i) { hash = (hash * 31 + a[i]) | 0; if (Math.abs(a[i] - b[i]) > 12) apart += 1; }
@@ -433,7 +433,7 @@ class PageTest(unittest.TestCase):
         """Ids of 50 robots, and of ghosts, lie on no robot, no other id and no word that the scenario draws; nearly every robot has its own."""
         self.open(self.serve())
         own, ghosts, on = self.driver.execute_async_script("""const done = arguments[0]; (async () => {
-            const {names_of} = await import('/page/scene.js'), {overlay_words} = await import('/page/draw_overlay.js'), {stage, world} = arkmesh;
+            const {names_of} = await import('/page/draw/scene.js'), {overlay_words} = await import('/page/draw/overlay.js'), {stage, world} = arkmesh;
             const [pane] = stage.panes.list, [{lab, placement: p}] = pane.labs;
             // a spiral: close together in the middle
             lab.robots = Array.from({length: 50}, (_, id) => ({id, x: 0.064 * Math.sqrt(id) * Math.cos(2.4 * id), y: 0.064 * Math.sqrt(id) * Math.sin(2.4 * id), heading: id, led: 1, confidence: 1, age_us: 0}));
@@ -479,7 +479,7 @@ class PageTest(unittest.TestCase):
         """Any two LED colours differ in a good part of their mark, on light and dark grounds, of robots and of ghosts, large and small."""
         self.open(self.serve())
         least = self.driver.execute_async_script("""const done = arguments[0]; (async () => {
-            const {Sprites} = await import('/page/sprites.js'), {Colours, led_names} = await import('/page/colours.js'), table = arkmesh.stage.sprites.colours.table, least = {};
+            const {Sprites} = await import('/page/draw/sprites.js'), {Colours, led_names} = await import('/page/draw/colours.js'), table = arkmesh.stage.sprites.colours.table, least = {};
             for (const dark of [false, true]) for (const ghost of [false, true]) for (const radius of [4, 12]) {
                 const colours = new Colours(table, dark), sprites = new Sprites(colours);
                 const pixels = led_names.map((_, led) => {

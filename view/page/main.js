@@ -1,30 +1,30 @@
 // The page: makes its parts and joins them.
-import { Connection } from "./connection.js";
-import { CameraPicture } from "./camera_picture.js";
-import { ChannelsPanel } from "./panel_channels.js";
-import { ClockPanel } from "./panel_clock.js";
-import { Colours } from "./colours.js";
-import { ControlBar } from "./control_bar.js";
-import { CountsPanel } from "./panel_counts.js";
-import { EventsPanel } from "./panel_events.js";
-import { FaultsPanel } from "./panel_faults.js";
-import { Film } from "./film.js";
-import { Keys } from "./keys.js";
-import { LinksPanel } from "./panel_links.js";
-import { Notices } from "./notices.js";
-import { Options } from "./options.js";
-import { Player } from "./player.js";
-import { Pointer } from "./pointer.js";
-import { RobotPanel } from "./panel_robot.js";
-import { RunsPanel } from "./panel_runs.js";
-import { ScrubBar } from "./scrub_bar.js";
-import { Stage } from "./stage.js";
-import { Types } from "./lcm.js";
-import { ViewBar } from "./view_bar.js";
-import { World } from "./world.js";
-import { find } from "./draw_robots.js";
+import { Connection } from "./wire/connection.js";
+import { CameraPicture } from "./draw/camera_picture.js";
+import { ChannelsPanel } from "./panels/channels.js";
+import { ClockPanel } from "./panels/clock.js";
+import { Colours } from "./draw/colours.js";
+import { ControlBar } from "./panels/control_bar.js";
+import { CountsPanel } from "./panels/counts.js";
+import { EventsPanel } from "./panels/events.js";
+import { FaultsPanel } from "./panels/faults.js";
+import { Film } from "./play/film.js";
+import { Keys } from "./stage/keys.js";
+import { LinksPanel } from "./panels/links.js";
+import { Notices } from "./panels/notices.js";
+import { Options } from "./stage/options.js";
+import { Player } from "./play/player.js";
+import { Pointer } from "./stage/pointer.js";
+import { RobotPanel } from "./panels/robot.js";
+import { RunsPanel } from "./panels/runs.js";
+import { ScrubBar } from "./play/scrub_bar.js";
+import { Stage } from "./stage/stage.js";
+import { Types } from "./wire/lcm.js";
+import { ViewBar } from "./panels/view_bar.js";
+import { World } from "./world/world.js";
+import { find } from "./draw/robots.js";
 import { counted } from "./words.js";
-import { redeem_token } from "./token.js";
+import { redeem_token } from "./wire/token.js";
 
 /** Panels are written so often, milliseconds. */
 const panels_ms = 250;
@@ -109,7 +109,7 @@ const keys = new Keys([
   { keys: ["?"], words: "this help", act: () => keys.help() },
 ]);
 
-/** @param {import("./wire.js").Frame} frame */
+/** @param {import("./wire/wire.js").Frame} frame */
 function show(frame) {
   const lab = world.labs[frame.lab];
   if (frame.kind === "picture") {
@@ -126,7 +126,7 @@ function show(frame) {
 
 /**
  * Pictures of a lab's cameras.
- * @param {import("./lab.js").Lab} lab
+ * @param {import("./world/lab.js").Lab} lab
  */
 function make_pictures(lab) {
   const key = JSON.stringify(lab.cameras);
@@ -136,7 +136,7 @@ function make_pictures(lab) {
 }
 
 let path_of = "";
-/** @param {import("./lab.js").Lab} lab */
+/** @param {import("./world/lab.js").Lab} lab */
 function extend_path(lab) {
   const { pick } = options;
   if (!pick) return;

@@ -1,0 +1,181 @@
+// What the scenario counts, as curves over lab time: from the server's series, and live from `status` since then.
+import uPlot from "../vendor/uplot/uPlot.esm.js";
+import { h, section, table } from "../dom.js";
+import { count_name, count_value } from "../words.js";
+
+/** @typedef {{name: string, t_s: number[], y: number[]}} Series */
+
+/** Points that one curve keeps; then every second one goes. */
+const points_most = 4000;
+/** Colours by Okabe and Ito, with dashes: told apart without colour too. */
+const strokes = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+const dashes = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
+const height_px = 170;
+
+export class CountsPanel {
+  constructor() {
+    const { element, body } = section("Counts", true);
+    this.element = element;
+    this.now = h("div", { class: "counts" });
+    this.place = h("div", { class: "curves" });
+    body.append(this.now, this.place);
+    /** @type {Map<string, Series>} */
+    this.series = new Map();
+    /** The run of each lab that is noted, by its random number. @type {Map<string, unknown>} */
+    this.runs = new Map();
+    /** True: the server has given all there is, of a recorded run. */
+    this.whole = false;
+    /** @type {uPlot | null} */
+    this.plot = null;
+    this.names = "";
+    this.drawn = "";
+    new ResizeObserver(() => this.plot?.setSize(this.size())).observe(this.place);
+  }
+
+  size() {
+    return { width: Math.max(120, this.place.clientWidth), height: height_px };
+  }
+
+  /**
+   * Curves of the run up to now; of a recorded one that is all.
+   * @param {Series[]} series @param {boolean} whole
+   */
+  set(series, whole) {
+    this.whole = whole;
+    this.series = new Map(series.map((s) => [s.name, s]));
+    this.names = "";
+  }
+
+  /**
+   * Notes what labs count now.
+   * @param {import("../world/world.js").World} world
+   */
+  note(world) {
+    if (world.about.mode === "recorded") return;
+    for (const lab of world.labs) {
+      if (!lab.status) continue;
+      const t_s = lab.status.stamp_us / 1e6, { nonce } = lab.status;
+      if (this.runs.has(lab.name) && this.runs.get(lab.name) !== nonce) {
+        // The lab began anew.
+        for (const key of [...this.series.keys()]) if (key.startsWith(`${lab.name} `)) this.series.delete(key);
+      }
+      this.runs.set(lab.name, nonce);
+      for (const [name, value] of lab.counts()) {
+        const key = `${lab.name} ${name}`;
+        let s = this.series.get(key);
+        if (!s) this.series.set(key, (s = { name: key, t_s: [], y: [] }));
+        if (t_s <= s.t_s[s.t_s.length - 1]) continue; // the server's curve may be newer than the status
+        s.t_s.push(t_s);
+        s.y.push(value);
+        if (s.t_s.length > points_most) {
+          s.t_s = s.t_s.filter((_, i) => i % 2 === 0);
+          s.y = s.y.filter((_, i) => i % 2 === 0);
+        }
+      }
+    }
+  }
+
+  /** @param {import("../world/world.js").World} world */
+  update(world) {
+    this.note(world);
+    const counts = world.about.mode === "recorded" ? values_at([...this.series.values()], world.t_us / 1e6, world.labs.map((lab) => lab.name))
+      : world.labs.flatMap((lab) => lab.counts().map(([name, n]) => ({ lab: lab.name, name, n })));
+    this.element.hidden = !counts.length && !this.series.size; // of robots' programs alone, and before a scenario has counted
+    this.now.replaceChildren(counts_table(counts));
+    if (!(/** @type {HTMLDetailsElement} */ (this.element).open)) return;
+    const list = [...this.series.values()].filter((s) => s.t_s.length > 0).slice(0, 12).map(drawn);
+    const names = list.map((s) => s.name).join();
+    const key = `${names} ${list.map((s) => `${s.t_s.length} ${s.t_s[s.t_s.length - 1]}`)} ${this.whole ? Math.round(world.t_us / 1e6) : ""}`;
+    if (key === this.drawn) return;
+    this.drawn = key;
+    if (names !== this.names) this.rebuild(list, names, world);
+    this.plot?.setData(/** @type {any} */ (align(list)));
+  }
+
+  /** @param {Series[]} list @param {string} names @param {import("../world/world.js").World} world */
+  rebuild(list, names, world) {
+    this.names = names;
+    this.plot?.destroy();
+    this.plot = null;
+    if (!list.length) return;
+    const ink = getComputedStyle(this.element).color;
+    const axis = { stroke: ink, grid: { stroke: "#8884", width: 1 }, ticks: { stroke: "#8884", width: 1 }, font: "11px system-ui" };
+    this.plot = new uPlot({
+      ...this.size(), cursor: { drag: { x: false, y: false } }, legend: { live: true },
+      scales: { x: { time: false } },
+      axes: [{ ...axis, label: "lab time, s", labelSize: 16, size: 28 }, { ...axis, size: 40 }],
+      series: [{ label: "s" }, ...list.map((s, i) => ({
+        label: s.name, stroke: strokes[i % strokes.length], dash: dashes[Math.floor(i / strokes.length + i) % dashes.length], width: 2, spanGaps: true, points: { show: false },
+        paths: uPlot.paths.stepped?.({ align: 1 }),
+      }))],
+      hooks: { draw: [(u) => this.whole && mark(u, world.t_us / 1e6, ink)] },
+    }, /** @type {any} */ (align(list)), this.place);
+  }
+}
+
+/** @typedef {{lab: string, name: string, n: number}} Count */
+
+/**
+ * A row for each count, a column for each lab.
+ * @param {Count[]} counts
+ */
+function counts_table(counts) {
+  const labs = [...new Set(counts.map((c) => c.lab))], names = [...new Set(counts.map((c) => c.name))];
+  const at = new Map(counts.map((c) => [`${c.lab} ${c.name}`, c.n]));
+  return table(["", ...labs], names.map((name) => [count_name(name).words, ...labs.map((lab) => {
+    const n = at.get(`${lab} ${name}`);
+    return n === undefined ? "–" : count_value(name, n);
+  })]));
+}
+
+/**
+ * What curves say of a moment: the newest value at or before it. Their names begin with a lab's.
+ * @param {Series[]} list @param {number} t_s @param {string[]} labs
+ * @returns {Count[]}
+ */
+export function values_at(list, t_s, labs) {
+  return list.flatMap(({ name, t_s: times, y }) => {
+    const i = times.filter((t) => t <= t_s).length - 1, lab = labs.find((l) => name.startsWith(`${l}.`)) ?? "";
+    return i < 0 ? [] : [{ lab, name: lab ? name.slice(lab.length + 1) : name, n: y[i] }];
+  });
+}
+
+/**
+ * A curve as it is drawn: in the unit that its name tells.
+ * @param {Series} s
+ * @returns {Series}
+ */
+function drawn(s) {
+  const { words, unit, per } = count_name(s.name);
+  return { name: words + (unit && `, ${unit}`), t_s: s.t_s, y: per === 1 ? s.y : s.y.map((y) => y / per) };
+}
+
+/**
+ * A line where a recorded run stands.
+ * @param {uPlot} u @param {number} t_s @param {string} ink
+ */
+function mark(u, t_s, ink) {
+  const x = u.valToPos(t_s, "x", true);
+  u.ctx.save();
+  u.ctx.strokeStyle = ink;
+  u.ctx.beginPath();
+  u.ctx.moveTo(x, u.bbox.top);
+  u.ctx.lineTo(x, u.bbox.top + u.bbox.height);
+  u.ctx.stroke();
+  u.ctx.restore();
+}
+
+/**
+ * Curves on one axis of times, as uPlot wants them.
+ * @param {Series[]} list @returns {(number | null)[][]}
+ */
+export function align(list) {
+  const times = [...new Set(list.flatMap((s) => s.t_s))].sort((a, b) => a - b);
+  const at = new Map(times.map((t, i) => [t, i]));
+  return [times, ...list.map((s) => {
+    /** @type {(number | null)[]} */
+    const column = new Array(times.length).fill(null);
+    s.t_s.forEach((t, i) => (column[/** @type {number} */ (at.get(t))] = s.y[i]));
+    return column;
+  })];
+}
