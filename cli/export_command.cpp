@@ -29,7 +29,7 @@ struct ExportKind {
   recording::Exported (*write)(const recording::Run& run, const fs::path& to, recording::Watch& watch);
 };
 
-// The page's own modules draw it, in a browser without a screen: scripts/film, which tells itself how far it is.
+// The page's own modules draw it, in a browser without a screen: drawing/film, which tells itself how far it is.
 recording::Exported export_film(const recording::Run& run, const fs::path& to, recording::Watch&) {
   recording::make_folder_of(to);
   const std::string said = hal::watch_script(
@@ -43,7 +43,7 @@ constexpr ExportKind export_kinds[] = {
     {"--hdf5", "run.h5", "An HDF5 file of the same tables, for Python, R and MATLAB", recording::export_hdf5},
     {"--mcap", "run.mcap", "An MCAP file for Foxglove: messages, and the arena drawn", recording::export_mcap},
     {"--mp4", "film.mp4",
-     "A film of the arenas as the page draws them, 20 times as fast as life; scripts/film has more", export_film},
+     "A film of the arenas as the page draws them, 20 times as fast as life; drawing/film has more", export_film},
 };
 
 struct ExportOptions {

@@ -1,4 +1,4 @@
-// `arkmesh plot`: pictures of recorded runs. Drawing is Python's (scripts/plot, scripts/plot_curves), which come with
+// `arkmesh plot`: pictures of recorded runs. Drawing is Python's (drawing/plot, drawing/plot_curves), which come with
 // the program.
 #include <fmt/format.h>
 

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))  # where arkmesh is not installed
 from chromium import browser
 from lab_processes import PROGRAM, Failed, end_all, end_with_parent
 

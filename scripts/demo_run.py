@@ -123,7 +123,7 @@ def emulated_testbed(out, program=PROGRAM, file=EMULATOR, more=()):
 
 def show(joint, out):
     """Draws the run, and prints what it gave."""
-    drawn = subprocess.run([ROOT / "scripts/plot", out], capture_output=True, text=True)
+    drawn = subprocess.run([ROOT / "drawing/plot", out], capture_output=True, text=True)
     if drawn.returncode != 0:
         raise Failed(f"The picture could not be drawn: {drawn.stderr.strip().splitlines()[-1]}")
     print("\n" + summary(joint, out))

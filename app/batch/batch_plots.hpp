@@ -1,4 +1,4 @@
-// Pictures of a batch's table, made by scripts/plot_batch.
+// Pictures of a batch's table, made by drawing/plot_batch.
 #pragma once
 
 #include <filesystem>

@@ -20,7 +20,7 @@ class BatchResults {
   std::size_t finished() const;
   // Throws ConfigError for a plot of a column that no run has had. What is measured may come with a later one.
   void check_plots() const;
-  // Writes the first two tables, and has scripts/summarise_batch write the others. Throws std::runtime_error when the
+  // Writes the first two tables, and has drawing/summarise_batch write the others. Throws std::runtime_error when the
   // disk is full.
   void save() const;
 

@@ -87,7 +87,7 @@ Finding plots() {
   Finding finding{"Python with matplotlib", "", "apt-get install python3 python3-matplotlib"};
   const char* ask = "import importlib.util as u, sys; sys.exit(u.find_spec('matplotlib') is None)";
   if (hal::run_to_end({.command = {"/usr/bin/python3", "-c", ask}}).status != 0)
-    finding.problem = "/usr/bin/python3 with matplotlib is missing: scripts/plot draws with it";
+    finding.problem = "/usr/bin/python3 with matplotlib is missing: drawing/plot draws with it";
   return finding;
 }
 

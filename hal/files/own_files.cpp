@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 ChildStart start_of(const std::string& name, std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), own_file(name, fs::path("scripts") / name).string());
+  arguments.insert(arguments.begin(), own_file(name, fs::path("drawing") / name).string());
   ChildStart start{.command = std::move(arguments)};
   // What scripts look for beside a program that was built, and not installed: the message types for Python.
   const fs::path types = program_folder() / "lcmtypes" / "python";

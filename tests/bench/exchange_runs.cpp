@@ -1,5 +1,5 @@
 // Runs the labs of some files in one process with the network and the gate that are asked for, and prints one line of
-// JSON. For scripts/figures/exchange_modes.
+// JSON. For tests/figures/exchange_modes.
 //   exchange_runs FILE... --seed N [--free] [--delay-ms N] [--cut-every-s N --cut-s N] [--set key=value]...
 // Free: every arena keeps real time by the steps of the run, a millisecond each, and waits for nobody, so delays and
 // cuts are exact, the run is faster than life, and the same seed gives the same line.

@@ -1,5 +1,5 @@
 """One cell of the campaign: brings two small labs into a phase, does the fault, and judges what came of it. Runs in a network and mount namespace
-of its own. See scripts/campaign."""
+of its own. See tests/campaign/campaign."""
 import contextlib
 import csv
 import dataclasses

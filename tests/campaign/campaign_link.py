@@ -1,5 +1,5 @@
 """One cell of the campaign whose fault is between gateways: two labs in mid-run (strict DHTF), and a third gateway, lynx, that nothing happens to.
-Runs in a network and mount namespace of its own. See scripts/campaign.
+Runs in a network and mount namespace of its own. See tests/campaign/campaign.
 
 shark listens, and roark connects to it, directly or through a Link of this process; shark connects to lynx. raven, a fourth lab, is expected at shark:
 the cell speaks for it. Or all meet at a NATS server, roark through a Link; or roark at a second server of a cluster."""

@@ -1,5 +1,5 @@
 """What a cell of the campaign does between labs: cuts and mends the link between two gateways, and speaks in place of a lab that stands still. See
-scripts/campaign."""
+tests/campaign/campaign."""
 import contextlib
 import copy
 import functools

@@ -1,4 +1,4 @@
-"""What happens when: what labs promise for each fault, in each phase of a run, on each kind of arena. scripts/campaign judges by this table, and
+"""What happens when: what labs promise for each fault, in each phase of a run, on each kind of arena. tests/campaign/campaign judges by this table, and
 docs/what-happens-when.md is written from it.
 
 The lab that the fault meets is roark, its peer is shark.
@@ -276,8 +276,8 @@ def plain_counters(pattern):
 def page():
     """docs/what-happens-when.md."""
     lines = ["# What happens when", "",
-             "What a lab does when something goes wrong, in each phase of a run. `scripts/campaign` brings two labs into each phase, does the fault, and judges",
-             "what came of it by these tables; `scripts/campaign --docs` writes this page.", "",
+             "What a lab does when something goes wrong, in each phase of a run. `tests/campaign/campaign` brings two labs into each phase, does the fault, and judges",
+             "what came of it by these tables; `tests/campaign/campaign --docs` writes this page.", "",
              "A cell gives the `state` in the lab's `result.json` and the lab's exit code, and that of its peer where it differs. In each cell the lab ends or",
              "goes on within `gate.patience_s` (and a few seconds to notice and to end), says why in one sentence, and leaves a recording that can be read. A",
              "killed lab's result says `running` until the next start marks it as `killed`. Robots on hardware stand still within 3.5 s of the lab's end, and",

@@ -1,4 +1,4 @@
-"""Who connects to a gateway's port without being one: by hand, byte by byte, over plain TCP or with a lab's keys over TLS. See scripts/campaign."""
+"""Who connects to a gateway's port without being one: by hand, byte by byte, over plain TCP or with a lab's keys over TLS. See tests/campaign/campaign."""
 import contextlib
 import os
 import socket

@@ -1,5 +1,5 @@
 // arkmesh with scenarios that fail when they are told to: at the first boundary at which a file with the lab's name is
-// in the folder ARKMESH_FAIL_IN. For scripts/campaign; otherwise this program is arkmesh-testbed.
+// in the folder ARKMESH_FAIL_IN. For tests/campaign/campaign; otherwise this program is arkmesh-testbed.
 #include <cstdlib>
 #include <filesystem>
 #include <memory>

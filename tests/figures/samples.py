@@ -1,11 +1,11 @@
-"""What samples say beside their intervals, which are scripts/intervals.py's: ratios, a test, shifts. Standard library only."""
+"""What samples say beside their intervals, which are drawing/intervals.py's: ratios, a test, shifts. Standard library only."""
 import json
 import math
 import pathlib
 import statistics
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "drawing"))
 from intervals import rows_of, t95  # noqa: E402  # pylint: disable=wrong-import-position
 
 

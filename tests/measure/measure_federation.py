@@ -51,7 +51,7 @@ def sizing_table(rows):
         cells = [row["labs"], {"nats": "at a server", "tcp": "by TCP, each with each"}[row["kind"]], f"{row['gateway_cpu']:.1f}", f"{row['gateway_mb']:.0f}", *of_server,
                  f"{row['p50_ms']:.1f}, {row['p99_ms']:.1f}", f"{states(row)}, {row['lost']}"]
         lines.append(f"| {' | '.join(map(str, cells))} |")
-    return f"Commit {commit('gateway', 'scripts/measure_federation.py')}, {machine()}, one run of {time.strftime('%Y-%m-%d')}:\n\n" + "\n".join(lines) + "\n"
+    return f"Commit {commit('gateway', 'tests/measure/measure_federation.py')}, {machine()}, one run of {time.strftime('%Y-%m-%d')}:\n\n" + "\n".join(lines) + "\n"
 
 
 def federation_fan_out(bench):
@@ -210,7 +210,7 @@ def federation_watchers(bench):
         write_between(PAGE, WATCHERS_PLACE, (
             f"{number} watchers change no result. With them, all on one machine, two labs of DHTF and their gateways need {ratio:.2f} times (95 % interval {ratio - half:.2f} to\n"
             f"{ratio + half:.2f}, {pairs} pairs of runs) the {ms[0]:.2f} ms of processor time that a simulated second takes without, and the server {server[number]:.0f} % of a core instead of\n"
-            f"{server[0]:.0f} %. Commit {commit('gateway', 'scripts/measure_federation.py')}, {machine()}, {time.strftime('%Y-%m-%d')}.\n"))
+            f"{server[0]:.0f} %. Commit {commit('gateway', 'tests/measure/measure_federation.py')}, {machine()}, {time.strftime('%Y-%m-%d')}.\n"))
     value = (f"{ratio:.3f} x{'' if bench.short else f' +- {half:.3f}'}; server {server[0]:.1f} and {server[number]:.1f} %; {len(hashes)} hash of {2 * pairs} runs"
              f"{'' if all_heard else '; some did not hear all'}")
     return met, value, "equal hashes" + ("" if bench.short else ", at most 1.05 x")

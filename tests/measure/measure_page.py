@@ -6,13 +6,12 @@ measured pages take turns, so that a busy machine slows all alike.
 import json
 import math
 import pathlib
-import sys
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "tests/view"))
-from lab_processes import Failed  # noqa: E402
+from lab_processes import Failed
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 COUNT = """
 const done = arguments[arguments.length - 1], until = performance.now() + arguments[0] * 1000;

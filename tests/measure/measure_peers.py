@@ -15,8 +15,7 @@ from lab_processes import PROGRAM, ROOT, Failed
 from measure_simulator import commit, machine
 from measure_testbed import lines_of
 
-sys.path.insert(0, str(ROOT / "scripts/figures"))
-from pages import write_between  # noqa: E402
+from pages import write_between
 
 KILOMBO = os.environ.get("ARKMESH_KILOMBO", "")
 TUNNEL = os.environ.get("ARKMESH_TUNNEL", "")

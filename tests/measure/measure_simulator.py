@@ -13,9 +13,7 @@ import tempfile
 import time
 
 from lab_processes import PROGRAM, ROOT, Failed
-
-sys.path.insert(0, str(ROOT / "scripts/figures"))
-from pages import write_between  # noqa: E402
+from pages import write_between
 
 PROGRAMS = ROOT / "tests/programs"
 # of each: shares of bare that "fast" must reach and aims at, and what "ode" must reach of "fast"

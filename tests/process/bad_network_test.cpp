@@ -1,5 +1,5 @@
-// Bytes of a real link that come otherwise in mid-run. scripts/campaign tries links that are cut, stalled, flapping or
-// half open, and frozen gateways.
+// Bytes of a real link that come otherwise in mid-run. tests/campaign/campaign tries links that are cut, stalled,
+// flapping or half open, and frozen gateways.
 #include <doctest/doctest.h>
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// Labs that meet at a real NATS server, as processes. scripts/campaign kills the server, and cuts and slows links to
-// it.
+// Labs that meet at a real NATS server, as processes. tests/campaign/campaign kills the server, and cuts and slows
+// links to it.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-// Ends of labs that scripts/campaign does not try: it kills, stops and hangs them in each phase of a run.
+// Ends of labs that tests/campaign/campaign does not try: it kills, stops and hangs them in each phase of a run.
 #include <doctest/doctest.h>
 
 #include <chrono>

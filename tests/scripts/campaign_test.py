@@ -9,7 +9,7 @@ from lab_processes import ROOT
 
 class Campaign(unittest.TestCase):
     def test_page_is_the_table(self):
-        """docs/what-happens-when.md is what `scripts/campaign --docs` writes."""
+        """docs/what-happens-when.md is what `tests/campaign/campaign --docs` writes."""
         self.assertEqual((ROOT / "docs/what-happens-when.md").read_text(), campaign_promises.page())
 
     def test_short_form(self):

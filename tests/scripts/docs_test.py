@@ -55,7 +55,7 @@ INCLUDES = ("#include \"app/scenarios.hpp\"\n#include \"hal/overlay/drawing.hpp\
 
 class Paper(unittest.TestCase):
     def test_its_figures_are_those_of_the_pages(self):
-        done = subprocess.run([ROOT / "scripts/figures/paper", "--check"], capture_output=True, text=True)
+        done = subprocess.run([ROOT / "tests/figures/paper", "--check"], capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_it_cites_what_its_list_has_and_lists_what_it_cites(self):

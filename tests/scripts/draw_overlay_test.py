@@ -1,4 +1,4 @@
-"""What a scenario shows, as scripts/plot draws it: by the pixels of pictures with one shape each."""
+"""What a scenario shows, as drawing/plot draws it: by the pixels of pictures with one shape each."""
 import io
 import unittest
 

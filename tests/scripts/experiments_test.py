@@ -9,7 +9,7 @@ import tomllib
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "scripts/figures")]
+sys.path[:0] = [str(ROOT / "drawing"), str(ROOT / "tests/figures")]
 import intervals  # noqa: E402
 import published  # noqa: E402
 import samples  # noqa: E402
@@ -49,10 +49,10 @@ class Figures(unittest.TestCase):
         self.scratch = pathlib.Path(scratch.name)
 
     def run_script(self, name, *arguments):
-        return subprocess.run([ROOT / "scripts" / name, *map(str, arguments)], capture_output=True, text=True, timeout=600)
+        return subprocess.run([ROOT / name, *map(str, arguments)], capture_output=True, text=True, timeout=600)
 
     def page(self):
-        done = self.run_script("figures/experiments", "--runs", self.scratch / "runs", "--out", self.scratch / "docs/page.md")
+        done = self.run_script("tests/figures/experiments", "--runs", self.scratch / "runs", "--out", self.scratch / "docs/page.md")
         page = self.scratch / "docs/page.md"
         return done, page.read_text() if page.is_file() else ""
 
@@ -82,20 +82,20 @@ class Figures(unittest.TestCase):
                                                                    for pair in ("Ro", "Sh") for x in ("0.1", "2", "10") for i in range(3)])
         for options in (["--over", "pair", "--by", "gate.period_s"], ["--over", "gate.period_s"], ["--over", "gate.period_s", "--kind", "box"]):
             out = self.scratch / "plot.png"
-            done = self.run_script("plot_batch", self.scratch / "b", "--column", "completed", *options, "--out", out)
+            done = self.run_script("drawing/plot_batch", self.scratch / "b", "--column", "completed", *options, "--out", out)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(out.read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
             out.unlink()
         for options, words in ((["--column", "complete", "--over", "pair"], "no column complete; there are completed"),
                                (["--column", "completed", "--over", "pair", "--kind", "line"], "needs numbers"),
                                (["--column", "why", "--over", "pair"], "no finished run with a number")):
-            done = self.run_script("plot_batch", self.scratch / "b", *options)
+            done = self.run_script("drawing/plot_batch", self.scratch / "b", *options)
             self.assertEqual((done.returncode, words in done.stderr, done.stderr.count("\n")), (1, True, 1), done.stderr)
         # what labs counted has a table of its own, and is drawn as a result is
         (self.scratch / "b/counters.csv").write_text("run,setting,pair,gate.period_s,seed,shark.bus.sent\n" + "".join(f"{run},0,Ro,2,1,{run}\n" for run in range(19)))
-        done = self.run_script("plot_batch", self.scratch / "b", "--column", "shark.bus.sent", "--over", "pair", "--out", self.scratch / "plot.png")
+        done = self.run_script("drawing/plot_batch", self.scratch / "b", "--column", "shark.bus.sent", "--over", "pair", "--out", self.scratch / "plot.png")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("holds no runs.csv", self.run_script("plot_batch", self.scratch, "--column", "a", "--over", "b").stderr)
+        self.assertIn("holds no runs.csv", self.run_script("drawing/plot_batch", self.scratch, "--column", "a", "--over", "b").stderr)
 
     def test_page_agrees_with_the_published_counts(self):
         """Our table made of the published software's own counts differs by nothing."""
@@ -138,7 +138,7 @@ class Figures(unittest.TestCase):
         """README has the three places that the script writes to."""
         text = (ROOT / "README.md").read_text()
         for name in ("validated", "DHTF", "CRE"):
-            self.assertEqual((text.count(f"<!-- {name}: written by scripts/figures/experiments -->\n"), text.count(f"<!-- {name}: written by scripts/figures/experiments: end -->")), (1, 1))
+            self.assertEqual((text.count(f"<!-- {name}: written by tests/figures/experiments -->\n"), text.count(f"<!-- {name}: written by tests/figures/experiments: end -->")), (1, 1))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path.insert(0, str(ROOT / "drawing"))
 import intervals  # noqa: E402  # pylint: disable=wrong-import-position
 
 
@@ -90,7 +90,7 @@ class Tables(unittest.TestCase):
         table(self.folder / "counters.csv", [{"run": row["run"], "setting": row["setting"], "told": row["told"], "seed": row["seed"], "a.sent": row["run"]} for row in rows])
 
     def script(self, name, *words):
-        return subprocess.run([ROOT / "scripts" / name, self.folder, *words], capture_output=True, text=True, timeout=300)
+        return subprocess.run([ROOT / "drawing" / name, self.folder, *words], capture_output=True, text=True, timeout=300)
 
     def test_summary_and_effects(self):
         """Each column has the interval that it needs: times medians, 0 and 1 shares, others means that are cut; never 901.0, above 100 % or below 0."""

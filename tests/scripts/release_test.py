@@ -19,9 +19,10 @@ class Release(unittest.TestCase):
         (self.root / "CHANGELOG.md").write_text(CHANGES)
         (self.root / ".gitignore").write_text("build/\n")
         # Stand-ins for what takes hours.
-        for name, does in (("test", "true"), ("figures/all", "true"), ("alone", 'exec "$@"'), ("measure", "echo fast enough"), ("site", "mkdir -p build/site; date >build/site/index.html"),
-                           ("package/make", "mkdir -p build/$2/package; date >build/$2/package/arkmesh.deb")):
-            script = self.root / "scripts" / name
+        for name, does in (("scripts/test", "true"), ("tests/figures/all", "true"), ("scripts/alone", 'exec "$@"'), ("scripts/measure", "echo fast enough"),
+                           ("scripts/site", "mkdir -p build/site; date >build/site/index.html"),
+                           ("scripts/package/make", "mkdir -p build/$2/package; date >build/$2/package/arkmesh.deb")):
+            script = self.root / name
             script.parent.mkdir(parents=True, exist_ok=True)
             script.write_text(f"#!/bin/sh\n{does}\n")
             script.chmod(0o755)
@@ -100,8 +101,8 @@ class Release(unittest.TestCase):
         self.assertEqual((self.root / "CITATION.cff").read_text().count("date-released"), 1)
 
     def test_a_red_state_is_not_released(self):
-        for red in ("test", "figures/all", "package/make", "measure"):
-            script = self.root / "scripts" / red
+        for red in ("scripts/test", "tests/figures/all", "scripts/package/make", "scripts/measure"):
+            script = self.root / red
             green = script.read_text()
             script.write_text("#!/bin/sh\necho this is red\nexit 1\n")
             self.commit()

@@ -4,7 +4,8 @@ import pathlib
 import struct
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[2] / folder)
+                for folder in ("scripts", "drawing", "tests/support", "tests/campaign", "tests/measure", "tests/figures")]
 import read_log  # noqa: E402
 from read_log import new  # noqa: E402
 

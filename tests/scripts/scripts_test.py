@@ -9,11 +9,11 @@ import unittest
 import run_folder
 from run_folder import read_log
 
-SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "scripts"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def script(name, *arguments):
-    return subprocess.run([SCRIPTS / name, *map(str, arguments)], capture_output=True, text=True, timeout=600)
+    return subprocess.run([ROOT / ("scripts" if name == "read_log.py" else "drawing") / name, *map(str, arguments)], capture_output=True, text=True, timeout=600)
 
 
 class Scripts(unittest.TestCase):
@@ -108,7 +108,7 @@ class Scripts(unittest.TestCase):
             refused = script("plot", self.run_dir, "--at", at)
             self.assertEqual((refused.returncode, refused.stderr), (1, f"plot: --at {float(at):g}: {self.run_dir} has moments from 0 to 8 s of lab time; give one of them, or none for the last.\n"))
         refused = script("plot", self.run_dir, self.run_dir)
-        self.assertEqual((refused.returncode, refused.stderr), (1, "plot: 2 runs were given; this draws one, and scripts/plot_curves the curves of several.\n"))
+        self.assertEqual((refused.returncode, refused.stderr), (1, "plot: 2 runs were given; this draws one, and drawing/plot_curves the curves of several.\n"))
         self.assertFalse((self.run_dir / "picture.png").exists())
         refused = script("plot_curves", self.run_dir, self.run_dir / "../run")
         self.assertEqual((refused.returncode, refused.stderr), (1, f"plot_curves: {self.run_dir}/../run is named twice; each run counts once\n"))

@@ -26,7 +26,7 @@ NOT_RUN = {
     ("install.md", "cd build/package"): "installs packages as root; scripts/package/check does it in a Debian of its own",
     ("install.md", "sudo adduser $USER arkmesh"): "wants systemd, and changes users; scripts/package/check does it there",
     ("batches.md", "arkmesh batch experiments/dhtf/batch.toml            # Fig. 5, 900 runs of 1800 s"):
-        "takes half an hour; scripts/figures does it",
+        "takes half an hour; tests/figures does it",
     ("writing-a-scenario-in-cpp.md", "scripts/build --install ~/arkmesh          # once; then PATH is to have ~/arkmesh/bin"):
         "takes minutes; install_test.py installs, and builds such a scenario",
     ("your-first-testbed.md", "arkmesh assign-ids lab.toml            # with hal/platforms/kilobot/firmware/assign_ids.c on the robots"):
@@ -119,7 +119,7 @@ def run(page, programs):
     """Runs a page; what is wrong, or nothing."""
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
-        for part in ("experiments", "scenarios", "hal/platforms/kilobot/firmware", "scripts"):
+        for part in ("experiments", "scenarios", "hal/platforms/kilobot/firmware", "scripts", "drawing", "tests/figures"):
             shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
         for name in ("mail", "home", "build"):
             (folder / name).mkdir()

@@ -14,7 +14,7 @@ import tornado.websocket
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGE = ROOT / "view/page"
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "drawing")]
 from read_log import events  # noqa: E402
 
 TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".json": "application/json", ".svg": "image/svg+xml"}

@@ -18,7 +18,7 @@ import unittest
 from selenium.webdriver.common.by import By
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "drawing")]
 from chromium import browser  # noqa: E402
 from demo_run import emulated_testbed  # noqa: E402
 from film_frames import address_of, served  # noqa: E402

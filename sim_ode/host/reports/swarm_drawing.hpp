@@ -1,4 +1,4 @@
-// Pictures of a swarm's run, made by scripts/draw_swarm.
+// Pictures of a swarm's run, made by drawing/draw_swarm.
 #pragma once
 
 #include <filesystem>
