@@ -32,7 +32,7 @@ class ReloadDoor {
 
 // Makes the gateways that run with this file, of this user or root, read it again; root those of the file's owner, too.
 // Returns what each says within 5 s, in lines, at most 64 KiB; nothing when none runs. Throws hal::ConfigError for a
-// file that one of them does not take.
+// file that one of them does not take, std::runtime_error when nobody can be asked within 2 s.
 std::vector<std::string> reload_gateways(const std::filesystem::path& file);
 
 }  // namespace arkmesh::gateway

@@ -3,9 +3,13 @@
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 
 #include <algorithm>
 #include <csignal>
+#include <cstddef>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -15,6 +19,7 @@
 #include "gateway/links/links.hpp"
 #include "hal/arenas/messages.hpp"
 #include "hal/bus/bus.hpp"
+#include "hal/handle.hpp"
 #include "tests/support/network/raw_peer.hpp"
 #include "tests/support/processes/process.hpp"
 
@@ -162,6 +167,46 @@ TEST_CASE("arkmesh reload changes the rules of a gateway at work") {
   CHECK(shark.output().find("not connected") == std::string::npos);
   roark.kill();
   CHECK(reload(1, files.roark).find("arkmesh: no gateway of yours runs with ") == 0);
+}
+
+TEST_CASE("arkmesh reload reaches the gateway although others hold sockets with its name") {
+  // One of them takes no connection any more, and would block who connects; another one takes it and says nothing.
+  const Files files;
+  Process shark = files.start(files.shark, "shark");
+  REQUIRE(says(shark, "listening on", 300s));
+  const std::string path = std::filesystem::weakly_canonical(files.shark).string();
+  std::vector<hal::Handle> held;
+  const auto named = [&](const std::string& digits) {
+    sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+    const std::string name =
+        "arkmesh-gateway-" + digits + path.substr(path.size() - std::min<std::size_t>(path.size(), 70));
+    name.copy(address.sun_path + 1, sizeof address.sun_path - 1);
+    return std::pair(address, static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size()));
+  };
+  for (const std::string digits : {"00000000ffffffff", "11111111ffffffff"}) {
+    const auto [address, size] = named(digits);
+    const auto* const to = reinterpret_cast<const sockaddr*>(&address);
+    held.emplace_back(::socket(AF_UNIX, SOCK_STREAM, 0));
+    REQUIRE(::bind(held.back().get(), to, size) == 0);
+    REQUIRE(::listen(held.back().get(), digits[0] == '0' ? 0 : 10) == 0);
+    for (int connected = 0; digits[0] == '0' && connected == 0;) {
+      held.emplace_back(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0));
+      connected = ::connect(held.back().get(), to, size);
+    }
+  }
+  Process process(ARKMESH_PROGRAM, {"reload", files.shark}, files.folder.path() / "reload.txt");
+  CHECK(process.wait(300s) == 0);
+  const std::string said = process.output();
+  CHECK(said.find("gateway of shark: 1 rule is in force, as shark.toml says now\n") != std::string::npos);
+  CHECK(said.find("a gateway has not answered within 5 s; it is asked the same by SIGHUP\n") != std::string::npos);
+  CHECK(said.find("1 socket with the name of this file's gateways took no connection within 2 s; ") !=
+        std::string::npos);
+  shark.kill();
+  shark.wait(300s);
+  held.pop_back();  // the one that says nothing
+  Process alone(ARKMESH_PROGRAM, {"reload", files.shark}, files.folder.path() / "alone.txt");
+  CHECK(alone.wait(300s) == 1);
+  CHECK(alone.output().starts_with("arkmesh: 1 socket with the name of this file's gateways took no connection"));
 }
 
 TEST_CASE("two labs that have never met are joined over TLS") {
