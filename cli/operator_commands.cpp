@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -27,7 +26,6 @@
 #include "hal/child_process.hpp"
 #include "hal/config/config.hpp"
 #include "hal/exit_code.hpp"
-#include "hal/files/own_files.hpp"
 #include "hal/label.hpp"
 #include "lab/operator/operator_key.hpp"
 #include "lab/operator/operator_message.hpp"
@@ -157,11 +155,7 @@ void tell_world(const OperatorWord& word, const OperatorOptions& options) {
   const auto shared = hal::Config::from_file(options.file, options.sets).root().read<hal::Participants>();
   std::vector<hal::ChildProcess> others;
   for (const std::string& lab : shared.labs) {
-    if (lab == shared.lab) continue;
-    hal::ChildStart start{.command = {hal::this_program().string(), std::string(word.name), "--at", lab, options.file},
-                          .last_signal = SIGTERM};
-    for (const std::string& set : options.sets) start.command.insert(start.command.end(), {"--set", set});
-    others.emplace_back(std::move(start));
+    if (lab != shared.lab) others.emplace_back(lab::to_tell(lab, word.name, options.file, options.sets));
   }
   int code = hal::Exit::done;
   const auto note = [&code](int one) {

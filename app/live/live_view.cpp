@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <numbers>
 #include <optional>
 #include <sstream>
@@ -21,8 +20,8 @@
 #include "arkmesh/operator_command_t.hpp"
 #include "hal/arenas/fault_port.hpp"
 #include "hal/arenas/messages.hpp"
-#include "hal/files/own_files.hpp"
 #include "hal/label.hpp"
+#include "lab/operator/operator_message.hpp"
 #include "lab/status.hpp"
 
 namespace arkmesh::app {
@@ -255,14 +254,10 @@ void LiveView::tell_others(std::string_view word) {
   for (const std::string& lab : own.config().labs) {
     const bool is_here = std::ranges::find(labs_, lab, &ConfiguredLab::name) != labs_.end();
     if (is_here || std::ranges::count(own.config().absent, lab) > 0 || told_.size() >= max_told) continue;
-    const auto set = [](const char* key, const std::string& value) {
-      return fmt::format("{}={}", key, json(value).dump());
-    };
     try {
-      told_.emplace_back(hal::ChildStart{
-          .command = {hal::this_program().string(), std::string(word), "--at", lab, own.file(), "--set",
-                      set("bus.url", own.bus_config().url), "--set", set("gateway.keys", own.gateway().keys.string())},
-          .last_signal = SIGTERM});
+      told_.emplace_back(lab::to_tell(lab, word, own.file(),
+                                      {"bus.url=" + json(own.bus_config().url).dump(),
+                                       "gateway.keys=" + json(own.gateway().keys.string()).dump()}));
     } catch (const std::runtime_error& error) {
       eyes_.front()->tell(fmt::format("{} is not told: {}", lab, error.what()));
     }

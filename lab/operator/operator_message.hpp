@@ -1,11 +1,15 @@
 // Commands of operators as messages: on which channel, and what their proof is about.
 #pragma once
 
+#include <csignal>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "arkmesh/operator_command_t.hpp"
+#include "hal/child_process.hpp"
+#include "hal/files/own_files.hpp"
 
 namespace arkmesh::lab {
 
@@ -17,5 +21,15 @@ inline constexpr std::int64_t number_window = 1000;
 
 // The bytes that its proof is made of.
 std::vector<std::uint8_t> proved_bytes(operator_command_t message);
+
+// A process of this program that tells another lab and says what came of it: `arkmesh WORD --at LAB FILE`, with the own
+// lab's file and KEY=VALUE that count before what is in it.
+inline hal::ChildStart to_tell(const std::string& lab, std::string_view word, const std::string& own_file,
+                               const std::vector<std::string>& sets) {
+  hal::ChildStart start{.command = {hal::this_program().string(), std::string(word), "--at", lab, own_file},
+                        .last_signal = SIGTERM};
+  for (const std::string& set : sets) start.command.insert(start.command.end(), {"--set", set});
+  return start;
+}
 
 }  // namespace arkmesh::lab
