@@ -64,6 +64,14 @@ class Lab {
   // As `field`, but of that lab's state 0, which stays at hand for the whole run. A lab that was restarted has another
   // one, from the boundary on that first merges its new run.
   const std::vector<std::int64_t>& initial_field(std::string_view lab, std::string_view field) const;
+  // For what grows over boundaries, such as a stock or a trail: called once in each on_period, from that of period 0 on
+  // and in the same order in all labs, with what by the merged states happened to it in the last period; nothing when
+  // that is nothing. Returns what to apply, in order, each for one period (of period 0, for none): `happened` itself,
+  // or, where labs do not wait for each other, what the owner's lab had, so that all labs hold the same. That may be
+  // nothing for now, several periods at once, and, from a lab of others, anything.
+  std::vector<Grown> grow(std::string_view name, std::vector<std::int64_t> happened) {
+    return data_.growth.pass(name, data_.period, std::move(happened));
+  }
 
   // --- acting ---
   // Says something to a robot, once; goes out after on_poses, on_heard or on_period returns, the first time at the

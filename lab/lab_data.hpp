@@ -16,6 +16,7 @@
 #include "hal/record/recorder.hpp"
 #include "hal/types.hpp"
 #include "lab/arena_facts.hpp"
+#include "lab/exchange/growth.hpp"
 #include "lab/exchange/lab_state.hpp"
 #include "lab/exchange/merged_state.hpp"
 #include "lab/exchange/state_rules.hpp"
@@ -51,6 +52,7 @@ struct LabData {
   std::map<std::string, std::vector<std::int64_t>, std::less<>> fields;
   std::map<std::string, hal::RandomStream, std::less<>> streams;
   std::vector<hal::ToRobot> to_robots;
+  Growth growth;     // what of it is told to other labs
   RobotWords words;  // of which RobotBook is told what robots may have forgotten
   std::vector<hal::FleetCommand> commands;
   std::vector<hal::WholeMessage> parameters;

@@ -45,6 +45,7 @@ Runner::Runner(RunConfig config, std::map<std::string, std::string, std::less<>>
       operators_(config_, run_id, recorder, arena.clock()),
       peers_(config_, arena.info(), run_id, private_bus, std::move(worlds)),
       own_(std::move(settings), config_.exchange, config_.lab == config_.owner) {
+  peers_.carry(&data_.growth);
   peers_.on_heard([this](std::string_view channel, std::span<const std::byte> bytes, bool accepted) {
     const hal::LabTime now = arena_.clock().now();
     return accepted ? recorder_.record(now, channel, bytes) : recorder_.record_refused(now, channel, bytes);
@@ -234,6 +235,9 @@ Runner::Step Runner::merge_period() {
     view_ = shared_view(data_, merged);
     if (config_.exchange.mode == Exchange::Mode::mixed && config_.lab == config_.owner)
       lab_.publish(applied_rule(merged.size()).name, payload_periods(merged));
+    using Rule = Growth::Rule;
+    const bool alike = strict() || config_.labs.size() == 1;
+    data_.growth.begin(k, alike ? Rule::alike : lab_.is_owner() ? Rule::decides : Rule::follows);
     scenario_.on_period(lab_);
     asked_ = true;
   }
@@ -245,6 +249,7 @@ Runner::Step Runner::merge_period() {
 // The scenario has said all that it has to say at the boundary.
 void Runner::end_period() {
   const std::uint32_t k = boundary_;
+  data_.growth.end();
   if (k == 0) recorder_.start_now();
   deliver();
   if (k == 0) book_.begin(data_.now);  // robots move once all states 0 are merged
@@ -394,9 +399,11 @@ Runner::Step Runner::linger() {
 }
 
 std::string Runner::state_text() const {
-  if (phase_ < Phase::lingering && !book_.is_paused()) return state_.text();
-  std::string out = state_.text();
+  std::string out = state_.text(), frozen = data_.growth.frozen(config_.owner);
+  if (!frozen.empty()) frozen.insert(0, "; ");
+  if (phase_ < Phase::lingering && !book_.is_paused()) return out + frozen;
   if (out == "running") out += fmt::format(", with its robots paused by the {}", book_.kept_still_by());
+  if (phase_ < Phase::lingering) out += frozen;
   if (const std::string seen = hal::in_words(not_standing()); !seen.empty())
     out += fmt::format("; robots were told to stand; not seen to: {}", seen);
   return out;
@@ -435,6 +442,7 @@ nlohmann::json Runner::exchange_figures() const {
 
 hal::Counters Runner::drops() const {
   hal::Counters all = peers_.counters();
+  all.merge(data_.growth.counters());
   all.merge(book_.counters());
   all.merge(port_.counters());
   all.merge(operators_.counters());

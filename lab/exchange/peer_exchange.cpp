@@ -73,6 +73,7 @@ bool PeerExchange::hear_world(std::string_view origin, std::span<const std::byte
         spdlog::warn("{} was restarted at period {} of {}: its new run counts from now on", origin, peers_.period(),
                      lab_);
       if (!message->can_wait) last_state_ = peers_.now();
+      if (growth_) growth_->hear(origin, origin == owner_, message->run_id, message->growth);
       return true;
     case PeriodGate::Heard::taught:
       owe_answer(origin);
@@ -153,9 +154,16 @@ bool PeerExchange::may_merge(std::uint32_t k) const {
 }
 
 void PeerExchange::publish_world() {
-  const WorldMessage world = gate_.message();
-  const world_t message = to_message(world);
-  const auto bytes = static_cast<std::size_t>(message.getEncodedSize());
+  WorldMessage world = gate_.message();
+  if (growth_) world.growth = growth_->told();
+  world_t message = to_message(world);
+  auto bytes = static_cast<std::size_t>(message.getEncodedSize());
+  if (bytes > max_message_bytes_ && !world.growth.empty()) {
+    counters_.add("growth.too_long");
+    world.growth.clear();
+    message = to_message(world);
+    bytes = static_cast<std::size_t>(message.getEncodedSize());
+  }
   tally_.sent(world, bytes);
   if (bytes > max_message_bytes_ && !gate_.peers().empty() && failure_.empty())
     failure_ = fmt::format(

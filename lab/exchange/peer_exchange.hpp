@@ -17,6 +17,7 @@
 #include "hal/counters.hpp"
 #include "lab/exchange/confirmations.hpp"
 #include "lab/exchange/exchange_tally.hpp"
+#include "lab/exchange/growth.hpp"
 #include "lab/exchange/merged_state.hpp"
 #include "lab/exchange/peers.hpp"
 #include "lab/exchange/period_gate.hpp"
@@ -38,6 +39,8 @@ class PeerExchange {
   // Called with each world and status of other labs, which nobody else need record: `accepted` or not.
   using Recording = std::function<void(std::string_view channel, std::span<const std::byte> bytes, bool accepted)>;
   void on_heard(Recording recording) { recording_ = std::move(recording); }
+  // Carries what grows between labs, from the next message on. It outlives the exchange.
+  void carry(Growth* growth) { growth_ = growth; }
 
   // Time of the current step: to be set before the bus is drained.
   void set_now(Now now) { peers_.set_now(now); }
@@ -102,6 +105,7 @@ class PeerExchange {
   Peers peers_;
   Confirmations events_;
   ExchangeTally tally_;
+  Growth* growth_ = nullptr;
   bool complete_ = false;  // lingers after the last period
   std::string failure_;
   std::map<std::string, Now, std::less<>> answered_;  // peers that did not know our run id, and when

@@ -1,5 +1,6 @@
 #include "lab/exchange/world_message.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "hal/bus/bus.hpp"
@@ -13,6 +14,8 @@ namespace {
 constexpr const char* payload_field = "lab.payload";
 // [number of the event within its period]
 constexpr const char* event_field = "lab.event";
+// As Growth::told() has it, in the newest state of the window. It is the message's, and not the state's.
+constexpr const char* growth_field = "lab.grown";
 
 using Fields = std::map<std::string, std::vector<std::int64_t>, std::less<>>;
 
@@ -20,6 +23,12 @@ Fields with_marks(const LabState& state) {
   Fields fields = state.fields;
   fields.emplace(payload_field, std::vector<std::int64_t>{static_cast<std::int64_t>(*state.made_at), state.carried});
   return fields;
+}
+
+// Takes it out of the fields.
+std::vector<std::int64_t> take(LabState& state, const char* field) {
+  auto taken = state.fields.extract(field);
+  return taken ? std::move(taken.mapped()) : std::vector<std::int64_t>();
 }
 
 // Takes it out of the fields. False: it cannot be true.
@@ -130,6 +139,7 @@ std::string_view decode_world(std::span<const std::byte> bytes, WorldMessage& me
     out.window.push_back(from_message(s));
     if (out.window.back().fields.size() != s.fields.size() || out.window.back().settings.size() != s.settings.size())
       return "duplicate";
+    if (auto growth = take(out.window.back(), growth_field); !growth.empty()) out.growth = std::move(growth);
     if (!take_payload_mark(out.window.back())) return "payload";
   }
   if (!take_event(out)) return "event";
@@ -152,6 +162,13 @@ world_t to_message(const WorldMessage& message) {
   }
   m.n_acks = static_cast<std::int32_t>(m.acks.size());
   for (const LabState& s : message.window) m.window.push_back(to_message(s));
+  if (!message.growth.empty() && !m.window.empty()) {
+    std::vector<field_t>& fields = m.window.back().fields;
+    field_t growth{
+        .name = growth_field, .n = static_cast<std::int32_t>(message.growth.size()), .values = message.growth};
+    fields.insert(std::ranges::upper_bound(fields, growth.name, {}, &field_t::name), std::move(growth));
+    ++m.window.back().n_fields;
+  }
   if (message.event) {
     LabState event = message.event->state;
     event.fields.emplace(event_field, std::vector<std::int64_t>{message.event->number});

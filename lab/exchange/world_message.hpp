@@ -45,6 +45,7 @@ struct WorldMessage {
   boost::container::flat_map<std::string, Ack, std::less<>> acks;
   std::vector<LabState> window;  // ascending period
   std::optional<EarlyEvent> event;
+  std::vector<std::int64_t> growth;  // Growth::told()
 };
 
 lab_state_t to_message(const LabState& state);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -36,7 +37,7 @@ class Writer {
 
 class Reader {
  public:
-  explicit Reader(const std::vector<std::int64_t>& in) : in_(in) {}
+  explicit Reader(std::span<const std::int64_t> in) : in_(in) {}
   // 0 at the end, and for a number that is too large.
   std::int64_t number() {
     std::int64_t value = 0;
@@ -54,7 +55,7 @@ class Reader {
     if (at / bytes_in_number >= in_.size()) return 0;
     return in_[at / bytes_in_number] >> (8 * (at % bytes_in_number)) & 0xff;
   }
-  const std::vector<std::int64_t>& in_;
+  std::span<const std::int64_t> in_;
   std::size_t read_ = 0;
 };
 
@@ -98,7 +99,7 @@ void SharedPheromone::tell(lab::Lab& lab) const {
 }
 
 // What another lab tells may be anything.
-void SharedPheromone::lay_told(lab::Lab& lab, const std::vector<std::int64_t>& told) {
+void SharedPheromone::lay_told(lab::Lab& lab, std::span<const std::int64_t> told) {
   Reader in(told);
   std::int64_t cell = -1;
   while (const std::int64_t step = in.number()) {
@@ -110,7 +111,9 @@ void SharedPheromone::lay_told(lab::Lab& lab, const std::vector<std::int64_t>& t
   }
 }
 
+// To grow: what each lab told, behind how many numbers that is.
 void SharedPheromone::on_period(lab::Lab& lab) {
+  std::vector<std::int64_t> laid;
   for (const std::string& each : lab.labs()) {
     const std::uint32_t period = lab.state(each).period;
     const auto before = told_.find(each);
@@ -118,9 +121,19 @@ void SharedPheromone::on_period(lab::Lab& lab) {
     if (before != told_.end() && period > before->second + 1)
       lab.counts().add("kit." + name_ + ".missed", period - before->second - 1);
     told_[each] = period;
-    lay_told(lab, lab.field(each, field_name_));
+    const std::vector<std::int64_t>& told = lab.field(each, field_name_);
+    if (told.empty()) continue;
+    laid.push_back(std::ssize(told));
+    laid.insert(laid.end(), told.begin(), told.end());
   }
-  if (lab.period() > 0) field_.pass(std::chrono::duration<double>(lab.period_length()).count());
+  for (const lab::Grown& one : lab.grow(field_name_, std::move(laid))) {
+    for (std::span<const std::int64_t> rest = one.happened; !rest.empty();) {
+      const auto n = static_cast<std::size_t>(std::clamp<std::int64_t>(rest[0], 0, std::ssize(rest) - 1));
+      lay_told(lab, rest.subspan(1, n));
+      rest = rest.subspan(1 + n);
+    }
+    if (one.period > 0) field_.pass(std::chrono::duration<double>(lab.period_length()).count());
+  }
   laid_.clear();
   tell(lab);
 }

@@ -1,11 +1,12 @@
-// Pheromone in the shared world, laid by robots of all labs. It has no master: each lab tells what its own robots have
-// laid since the last boundary, and at each boundary all labs lay what all have told, in the order of their names, and
-// let a period pass. So all hold the same field, bit by bit, in a strict run. What is laid is there from the next
-// boundary on.
+// Pheromone in the shared world, laid by robots of all labs. Each lab tells what its own robots have laid since the
+// last boundary, and at each boundary all labs lay what all have told, in the order of their names, and let a period
+// pass (Lab::grow). So all hold the same field, bit by bit. What is laid is there from the next boundary on; where labs
+// do not wait for each other, from the one on at which the owner's lab has told it.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,7 +43,7 @@ class SharedPheromone {
   }
 
  private:
-  void lay_told(lab::Lab& lab, const std::vector<std::int64_t>& told);
+  void lay_told(lab::Lab& lab, std::span<const std::int64_t> told);
 
   std::string name_, field_name_;
   Pheromone field_;

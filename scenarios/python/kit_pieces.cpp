@@ -172,11 +172,11 @@ struct KitPieces::Trail final : Piece {
 };
 
 // Whether a robot is inside; of the region how many robots of all labs that count are, what is left of a resource
-// there, and what each of them got in the last period. The resource is used and grows at boundaries, by the robots that
-// were merged, so that it is alike in all labs.
+// there, and what each of them got since the last boundary. The resource is used and grows at boundaries (Lab::grow).
 struct KitPieces::Zone final : Piece {
-  explicit Zone(const Said& asked)
-      : region(region_of(asked)),
+  Zone(const Said& asked, std::size_t number)
+      : name(fmt::format("kit.{}", number)),
+        region(region_of(asked)),
         leds(leds_in(asked)),
         label(asked.at("label")),
         colour(colour_named(asked.at("colour"))) {
@@ -211,12 +211,23 @@ struct KitPieces::Zone final : Piece {
     for (const std::string& each : lab.labs())
       for (const lab::SharedRobot& robot : lab.state(each).robots)
         robots += (leds & kit::only(robot.led)) != 0 && region.contains({robot.in_shared.x_m, robot.in_shared.y_m});
-    if (stock && lab.period() > 0)
-      share = stock->pass(std::chrono::duration<double>(lab.period_length()).count(), robots) / std::max(1, robots);
+    if (stock) use(lab);
     region.seen_in(lab.projection())
         .draw(lab, colour, false, stock ? fmt::format("{} {:.2f}", label, stock->stock()) : label);
   }
 
+  void use(lab::Lab& lab) {
+    share = 0;
+    for (const lab::Grown& one :
+         lab.grow(name, robots > 0 ? std::vector<std::int64_t>{robots} : std::vector<std::int64_t>{})) {
+      const auto on_it =
+          static_cast<int>(one.happened.empty() ? 0 : std::clamp<std::int64_t>(one.happened[0], 0, 1'000'000));
+      if (one.period > 0)
+        share += stock->pass(std::chrono::duration<double>(lab.period_length()).count(), on_it) / std::max(1, on_it);
+    }
+  }
+
+  std::string name;  // of what grows
   kit::Region region;
   kit::LedSet leds;  // of robots that count
   std::string label;
@@ -352,7 +363,7 @@ void KitPieces::add(lab::Lab& lab, const Said& asked) {
   else if (piece == "crowd")
     pieces_.push_back(std::make_unique<Crowd>(lab, asked));
   else if (piece == "region")
-    pieces_.push_back(std::make_unique<Zone>(asked));
+    pieces_.push_back(std::make_unique<Zone>(asked, pieces_.size()));
   else if (piece == "floor")
     pieces_.push_back(std::make_unique<Tiles>(lab, asked));
   else if (piece == "towards")
