@@ -184,7 +184,9 @@ std::string RobotHost::words_for(const Fault& fault, const std::string& place) c
                  : "never returns";
     default:
       if (fault.signal == SIGFPE) return "crashed: division by zero";
-      if (turns_.is_below_a_stack(fault.address)) return "crashed: stack overflow";
+      if (turns_.is_below_stack(fault.address)) return "crashed: stack overflow";
+      if (turns_.is_above_stack(fault.address)) return "crashed: bad index or pointer, beyond its stack";
+      if (fault.astray && place.empty()) return "crashed: it damaged its stack";
       if (fault.signal == SIGSEGV || fault.signal == SIGBUS) return "crashed: bad pointer";
       // it has said why on the standard error stream
       if (fault.signal == SIGABRT) return "crashed: the C library ended it";
@@ -195,8 +197,9 @@ std::string RobotHost::words_for(const Fault& fault, const std::string& place) c
 std::string RobotHost::sentence_for(const Fault& fault) const {
   const std::string place = fault.instruction ? program_->place_of(fault.instruction) : std::string{};
   return fmt::format("the program of robot {} {}{} at {:.3f} s ({})", bodies_.number(turns_.robot()),
-                     words_for(fault, place), place, static_cast<double>(turns_.now_us()) * 1e-6,
-                     program_->source().string());
+                     words_for(fault, place),
+                     fault.astray && place.empty() ? program_->place_of(turns_.called()) : place,
+                     static_cast<double>(turns_.now_us()) * 1e-6, program_->source().string());
 }
 
 void RobotHost::report(const Fault& fault) const {

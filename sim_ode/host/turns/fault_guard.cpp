@@ -31,6 +31,7 @@ volatile Fault::Kind why = Fault::Kind::none;
 volatile int fault_signal = 0, fault_code = 0;
 void* volatile fault_address = nullptr;
 void* volatile fault_instruction = nullptr;
+volatile bool fault_astray = false;
 char fault_words[200];
 volatile std::uint32_t last_progress = 0;
 volatile int equal_readings = 0;
@@ -80,10 +81,12 @@ struct FaultSignals {
     fault_code = info->si_code;
     fault_address = info->si_addr;
     fault_instruction = instruction_of(context);
+    fault_astray = signal == SIGTRAP || fault_instruction == fault_address;
 #if defined(__x86_64__)
     // a jump to nowhere: what tells is the caller, whose address lies on top of the stack
     if (signal == SIGSEGV && fault_instruction == fault_address)
-      fault_instruction = *reinterpret_cast<char**>(static_cast<ucontext_t*>(context)->uc_mcontext.gregs[REG_RSP]) - 1;
+      fault_instruction = reinterpret_cast<void*>(
+          *reinterpret_cast<std::uintptr_t*>(static_cast<ucontext_t*>(context)->uc_mcontext.gregs[REG_RSP]) - 1);
 #endif
     siglongjmp(mark, 1);
   }
@@ -148,6 +151,7 @@ void FaultGuard::start_ticking() {
 
 Fault FaultGuard::run(void (*work)(void*), void* context) {
   why = Fault::Kind::none;
+  fault_astray = false;
   equal_readings = 0;
   if (sigsetjmp(mark, 0) == 0) {
     work(context);
@@ -160,6 +164,7 @@ Fault FaultGuard::run(void (*work)(void*), void* context) {
   out.code = fault_code;
   out.address = fault_address;
   out.instruction = fault_instruction;
+  out.astray = fault_astray;
   if (out.kind == Fault::Kind::gave_up) out.words = fault_words;
   return out;
 }

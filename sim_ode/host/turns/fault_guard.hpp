@@ -16,6 +16,7 @@ struct Fault {
   int signal = 0;                     // crash
   int code = 0;                       // crash: si_code
   const void* address = nullptr;      // crash: what was touched
+  bool astray = false;                // crash: where no code is
   const void* instruction = nullptr;  // crash, hang
   std::string words;                  // gave_up: what the program said
 };

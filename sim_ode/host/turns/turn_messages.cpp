@@ -16,9 +16,7 @@ template <class Call>
 void Turns::call_back(Call call) {
   in_callback_ = true;
   callback_busy_ = 0;
-  FaultGuard::enter_program();
   call();
-  FaultGuard::leave_program();
   in_callback_ = false;
 }
 
@@ -52,7 +50,7 @@ bool Turns::deliver_next() {
   } else if (*abi_.rx) {
     if (!from_robot) *abi_.measured = 0;
     note('X', *message, readings.low_gain, readings.high_gain);
-    call_back([this] { (*abi_.rx)(abi_.rx_message, abi_.rx_distance); });
+    call_back([this] { call(*abi_.rx, abi_.rx_message, abi_.rx_distance); });
     log_end();
     if (!from_robot && *abi_.measured) measures_overhead_ = true;
     firmware.callback_ran();
@@ -79,9 +77,8 @@ Fault Turns::send(const Outcome& outcome, Reply& reply) {
   outcome_ = outcome;
   reply_ = &reply;
   robot_ = outcome.robot;
-  running_ = this;
   memory_.copy_in(robot_);
-  Fault fault = guard_.run([](void* self) { static_cast<Turns*>(self)->ask_for_message(); }, this);
+  const Fault fault = run([](void* self) { static_cast<Turns*>(self)->ask_for_message(); });
   memory_.copy_out(robot_);
   return fault;
 }
@@ -92,10 +89,12 @@ void Turns::ask_for_message() {
   call_back([this] {
     if (outcome_.channel != gone) {
       note('T');
-      const auto* const message = *abi_.tx ? static_cast<const std::byte*>((*abi_.tx)()) : nullptr;
+      const auto* const message = *abi_.tx ? static_cast<const std::byte*>(call(*abi_.tx)) : nullptr;
+      FaultGuard::enter_program();  // which may not be there
       log_end({message, message ? sizeof(Message) : 0});
-      if (!message) return;
+      if (!message) return FaultGuard::leave_program();
       std::memcpy(&reply_->message.emplace(), message, sizeof(Message));
+      FaultGuard::leave_program();
       if (outcome_.channel == busy) {
         note('B');
         const std::byte counts{abi_.back_off()};
@@ -105,7 +104,7 @@ void Turns::ask_for_message() {
       if (outcome_.channel != free) return;
     }
     note('U');
-    if (*abi_.tx_success) (*abi_.tx_success)();
+    if (*abi_.tx_success) call(*abi_.tx_success);
     log_end();
     Firmware& firmware = cells_[index(robot_)].firmware;
     firmware.has_sent(timers_[index(robot_)].move(clocks_[index(robot_)].at_us, firmware.since_sent_us()));

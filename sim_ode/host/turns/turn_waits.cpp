@@ -67,7 +67,7 @@ void Turns::wait(std::int64_t us, const void* from) {
   delayed_ = true;
   if (cursor_us_ < tick_us) return;
 
-  // leave this stack to the robot; another worker goes on with the walk, at this robot's next phase
+  // leave this stack to the robot; the walk goes on at this robot's next phase
   Cell& cell = cells_[index(robot_)];
   cell.wake_us = tick_ * tick_us + cursor_us_;
   cell.stack = stack_;
@@ -77,32 +77,15 @@ void Turns::wait(std::int64_t us, const void* from) {
   cursor_us_ = tick_us;
   ++waiting_;
   FaultGuard::leave_program();
-  void* fresh;
   try {
-    fresh = new_worker();
+    stack_ = stacks_.take();
   } catch (const std::bad_alloc&) {
     FaultGuard::leave(Fault::Kind::gave_up,
                       "waits in delay(), but the system has no memory for one more waiting program");
   }
-  save_to_ = &cell.context;
-  void* const left = switch_to(fresh, stack_->bounds(), this);
-  *save_to_ = left;
+  leave_for_caller(&cell.context);
   *abi_.reads = 0;
   FaultGuard::enter_program();
-}
-
-// Moves the walk onto the stack of the robot whose turn it is. Does not return: the walk goes on from there.
-void Turns::resume() {
-  Cell& cell = cells_[index(robot_)];
-  cursor_us_ = cell.wake_us - tick_ * tick_us;
-  loops_left_ = 0;
-  delayed_ = true;
-  --waiting_;
-  stacks_.give(stack_);
-  stack_ = std::exchange(cell.stack, nullptr);
-  save_to_ = &scrap_;
-  switch_to(std::exchange(cell.context, nullptr), stack_->bounds(), this);
-  __builtin_unreachable();
 }
 
 }  // namespace arkmesh::sim_ode

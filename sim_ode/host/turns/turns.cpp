@@ -1,5 +1,5 @@
-// The walk runs on worker stacks: when a program waits past the end of a tick, its stack stays with it and the walk
-// goes on with another; when it is due, the walk moves onto that stack and goes on from there.
+// Programs run on stacks of their own, so that one that damages its stack harms nothing else. When a program waits past
+// the end of a tick, its stack stays with it, and the next one is called on another.
 #include "sim_ode/host/turns/turns.hpp"
 
 #include <algorithm>
@@ -9,15 +9,6 @@
 #include "sim_ode/host/turns/robot_services.hpp"
 
 namespace arkmesh::sim_ode {
-namespace {
-
-void call(void (*function)(void)) {
-  FaultGuard::enter_program();
-  function();
-  FaultGuard::leave_program();
-}
-
-}  // namespace
 
 Turns* Turns::running_ = nullptr;
 
@@ -39,7 +30,8 @@ Turns::Turns(const arkmesh_program& program, RobotMemory& memory, RobotHeaps& he
       loaders_(clocks.size()),
       clocks_(std::move(clocks)),
       timers_(std::move(timers)),
-      clocks_differ_(clocks_differ) {
+      clocks_differ_(clocks_differ),
+      stack_(stacks_.take()) {
   *abi_.host = RobotServices::all();
 }
 
@@ -78,13 +70,7 @@ Fault Turns::boot(int robot) {
     log_->put_bytes(bodies_.number(robot), abi_.irlow, sizeof low_gain_table);
     log_->put_bytes(bodies_.number(robot), abi_.eeprom ? abi_.eeprom : std::vector<std::uint8_t>(1024).data(), 1024);
   }
-  Fault fault = guard_.run(
-      [](void* self) {
-        FaultGuard::enter_program();
-        static_cast<Turns*>(self)->abi_.main();
-        FaultGuard::leave_program();
-      },
-      this);
+  const Fault fault = run([](void* self) { static_cast<Turns*>(self)->call(static_cast<Turns*>(self)->abi_.main); });
   booting_ = false;
   memory_.copy_out(robot);
   return fault;
@@ -117,10 +103,17 @@ Fault Turns::walk(std::int64_t number, const Inbox& inbox) {
   return run_walk();
 }
 
+Fault Turns::run(void (*work)(void*)) {
+  running_ = this;
+  Fault fault = guard_.run(work, this);
+  if (fault.kind == Fault::Kind::none) return fault;
+  jumped_back();
+  forget_frames(stack_->bounds());
+  return fault;
+}
+
 Fault Turns::walk_on_without_robot() {
   give_up_robot();
-  stacks_.give(stack_);  // its program was on it
-  worker_ = nullptr;
   ++robot_;
   phase_ = Phase::enter;
   return run_walk();
@@ -132,42 +125,7 @@ void Turns::give_up_robot() {
 }
 
 Fault Turns::run_walk() {
-  running_ = this;
-  Fault fault = guard_.run(
-      [](void* self) {
-        Turns& turns = *static_cast<Turns*>(self);
-        if (!turns.worker_) turns.worker_ = turns.new_worker();
-        turns.save_to_ = &turns.scheduler_;
-        turns.worker_ = switch_to(turns.worker_, turns.stack_->bounds(), self);
-      },
-      this);
-  if (fault.kind != Fault::Kind::none) {
-    leaving_for(scheduler_stack_);
-    arrived();
-  }
-  return fault;
-}
-
-// Moves the walk onto a fresh stack; its worker starts when somebody switches to the context returned.
-void* Turns::new_worker() {
-  namespace context = boost::context::detail;
-  stack_ = stacks_.take();
-  return context::make_fcontext(stack_->top, stack_->bytes, [](context::transfer_t from) {
-    auto* const turns = static_cast<Turns*>(from.data);
-    const StackBounds left = arrived();
-    if (turns->save_to_ == &turns->scheduler_) turns->scheduler_stack_ = left;
-    *turns->save_to_ = from.fctx;
-    turns->worker();
-  });
-}
-
-// A worker's life: a walk, or what is left of one, per tick. Never returns.
-void Turns::worker() {
-  for (;;) {
-    walk_on();
-    void* const from = switch_to(scheduler_, scheduler_stack_, nullptr);
-    *save_to_ = from;
-  }
+  return run([](void* self) { static_cast<Turns*>(self)->walk_on(); });
 }
 
 [[gnu::always_inline]] inline void Turns::leave() {
@@ -190,27 +148,42 @@ void Turns::log_end(std::span<const std::byte> result) {
   log_memory();
 }
 
-// Calls setup() or loop() once. May return many ticks later, on the same stack.
+// Calls setup() or loop() once, which may wait past the tick.
 [[gnu::always_inline]] inline void Turns::run_program() {
+  Cell& cell = cells_[index(robot_)];
   --loops_left_;
   delayed_ = false;
-  cells_[index(robot_)].busy_ticks = 0;
-  cells_[index(robot_)].waited = false;
+  cell.busy_ticks = 0;
+  cell.waited = false;
   *abi_.reads = *abi_.blocks = 0;
-  if (cells_[index(robot_)].firmware.has_setup()) {
-    cells_[index(robot_)].firmware.calls_loop();
-    note('L');
-    call(*abi_.loop);
-    log_end();
-    return;
-  }
-  note('S');
-  call(*abi_.setup);
+  const bool loops = cell.firmware.has_setup();
+  if (loops) cell.firmware.calls_loop();
+  note(loops ? 'L' : 'S');
+  call(loops ? *abi_.loop : *abi_.setup);
+  if (!cell.context) program_returned(cell);
+}
+
+[[gnu::always_inline]] inline void Turns::program_returned(Cell& cell) {
   log_end();
-  Firmware& firmware = cells_[index(robot_)].firmware;
-  firmware.setup_is_done();
+  if (cell.firmware.has_setup()) return;
+  cell.firmware.setup_is_done();
   // loop follows at once
-  if (firmware.runs() && cursor_us_ < tick_us) delayed_ = true;
+  if (cell.firmware.runs() && cursor_us_ < tick_us) delayed_ = true;
+}
+
+// The program whose turn it is goes on from its wait, until it returns or waits again.
+void Turns::resume() {
+  Cell& cell = cells_[index(robot_)];
+  cursor_us_ = cell.wake_us - tick_ * tick_us;
+  loops_left_ = 0;
+  delayed_ = true;
+  --waiting_;
+  stacks_.give(stack_);
+  stack_ = std::exchange(cell.stack, nullptr);
+  called_ = reinterpret_cast<void*>(cell.firmware.has_setup() ? *abi_.loop : *abi_.setup);
+  resume_on(stack_->bounds(), std::exchange(cell.context, nullptr));
+  FaultGuard::leave_program();
+  if (!cell.context) program_returned(cell);
 }
 
 // From the present robot's present phase to the end of the tick.
@@ -247,8 +220,10 @@ void Turns::walk_on() {
         phase_ = Phase::run;
         loops_left_ = loops_per_tick_;
         if (cell.context) {
-          if (cell.wake_us < (tick_ + 1) * tick_us) resume();
-          phase_ = Phase::leave;
+          if (cell.wake_us < (tick_ + 1) * tick_us)
+            resume();
+          else
+            phase_ = Phase::leave;
           break;
         }
         [[fallthrough]];
@@ -290,7 +265,6 @@ void Turns::walk_quiet() {
     cursor_us_ = 0;
     loops_left_ = loops_per_tick_;
     phase_ = Phase::run;
-    // returns to this robot, on this stack, but perhaps many ticks later
     run_program();
     if (delayed_) return;
     leave();

@@ -1,6 +1,6 @@
 // Robots' turns: gives each robot its own memory in turn, delivers what it heard, lets its clock tick, calls its
 // program and carries out what the firmware says. A program that waits past the end of a tick keeps a stack of its own
-// meanwhile; others cost none. All program code runs in here, guarded.
+// meanwhile; others share one. All program code runs in here, guarded.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,13 @@
 #include "sim_ode/host/turns/fault_guard.hpp"
 #include "sim_ode/host/turns/firmware.hpp"
 #include "sim_ode/host/turns/inbox.hpp"
+#include "sim_ode/host/turns/program_stacks.hpp"
 #include "sim_ode/host/turns/robot_clock.hpp"
 #include "sim_ode/host/turns/robot_files.hpp"
 #include "sim_ode/host/turns/robot_heaps.hpp"
 #include "sim_ode/host/turns/robot_memory.hpp"
 #include "sim_ode/host/turns/send_timer.hpp"
 #include "sim_ode/host/turns/turn_log.hpp"
-#include "sim_ode/host/turns/worker_stacks.hpp"
 #include "sim_ode/kilolib/robot_abi.h"
 
 namespace arkmesh::sim_ode {
@@ -88,8 +88,11 @@ class Turns {
   std::int64_t tick() const { return tick_; }
   // Lab time of the robot whose turn it is.
   std::int64_t now_us() const { return tick_ * tick_us + (booting_ ? 0 : cursor_us_); }
-  // Whether an address lies below a stack that programs run on.
-  bool is_below_a_stack(const void* address) const { return stacks_.is_fence(address); }
+  // Whether an address lies below or above the stack of the program whose turn it was.
+  bool is_below_stack(const void* address) const { return stack_->fence_at(address) < 0; }
+  bool is_above_stack(const void* address) const { return stack_->fence_at(address) > 0; }
+  // The function of the program that was called last: main, setup, loop or a callback.
+  const void* called() const { return called_; }
   std::uint64_t stacks_in_use() const { return waiting_; }
 
  private:
@@ -97,10 +100,10 @@ class Turns {
   enum class Phase : std::uint8_t { enter, messages, tick, run, leave };
   // All that a quiet turn looks at, in one line of the cache.
   struct alignas(64) Cell {
-    void* context = nullptr;                     // of a program that waits; null: none does
-    const WorkerStacks::Stack* stack = nullptr;  // it waits on
-    std::int64_t wake_us = 0;                    // lab time at which its wait ends
-    std::int64_t frozen_us = 0;                  // time that a callback spent waiting: interrupts are off
+    void* context = nullptr;                      // of a program that waits; null: none does
+    const ProgramStacks::Stack* stack = nullptr;  // it waits on
+    std::int64_t wake_us = 0;                     // lab time at which its wait ends
+    std::int64_t frozen_us = 0;                   // time that a callback spent waiting: interrupts are off
     Firmware firmware;
     std::uint16_t busy_ticks = 0;  // in a row that its program only computed
     bool waited = false;           // past a tick, in this call of setup or loop
@@ -109,8 +112,7 @@ class Turns {
 
   void start_anew(int robot);
   void save(const RobotValues& values);
-  void* new_worker();
-  void worker();
+  Fault run(void (*work)(void*));
   Fault run_walk();
   void walk_on();
   void walk_quiet();
@@ -120,8 +122,9 @@ class Turns {
   void main_loop(Cell& cell);
   void leave();
   void run_program();
+  void program_returned(Cell& cell);
   void ask_for_message();
-  [[noreturn]] void resume();
+  void resume();
   void forget_program(Cell& cell);
   void log_memory() { log_->put_memory(bodies_.number(robot_), abi_.begin, abi_.end); }
   void log_end(std::span<const std::byte> result = {});
@@ -129,6 +132,14 @@ class Turns {
   void note(char letter, Values... values) {
     if (log_) [[unlikely]]
       log_->put(bodies_.number(robot_), letter, values...);
+  }
+  template <class Function>
+  void* call(Function function, void* a = nullptr, void* b = nullptr) {
+    called_ = reinterpret_cast<void*>(function);
+    FaultGuard::enter_program();
+    void* const result = call_on(stack_->bounds(), called_, a, b);
+    FaultGuard::leave_program();
+    return result;
   }
   template <class Call>
   void call_back(Call call);
@@ -165,14 +176,10 @@ class Turns {
   std::vector<Offer> offers_;
   std::vector<int> resets_;
 
-  // the walk's place; outside any stack, because the walk moves from stack to stack
-  WorkerStacks stacks_;
-  const WorkerStacks::Stack* stack_ = nullptr;  // the walk is on
-  void* scheduler_ = nullptr;                   // context that waits for the walk's end
-  StackBounds scheduler_stack_;
-  void* worker_ = nullptr;    // context that waits for the next walk
-  void** save_to_ = nullptr;  // where the context that was left is to be kept
-  void* scrap_ = nullptr;
+  ProgramStacks stacks_;
+  const ProgramStacks::Stack* stack_;  // of the program whose turn it is
+  void* called_ = nullptr;
+  // the walk's place
   const Inbox* inbox_ = nullptr;
   std::int64_t tick_ = 0;
   int robot_ = 0;

@@ -22,8 +22,8 @@ std::string config_error(const std::string& program) {
 }
 
 // The sentence with which a run ends; empty when it lasts 10 s.
-std::string run_error(const std::string& program, int robots = 4) {
-  auto arena = TestArena{.program = program, .robots = robots}.make_running();
+std::string run_error(const std::string& program, int robots = 4, const std::string& ode = "") {
+  auto arena = TestArena{.program = program, .robots = robots, .ode = ode}.make_running();
   std::string first;
   try {
     for (int k = 0; k <= 100; ++k) {
@@ -122,6 +122,27 @@ TEST_CASE("a robot that fails is left behind") {
     const hal::Pose &before = then.robots[i].pose, &after = later.robots[i].pose;
     CHECK((std::hypot(after.x_m - before.x_m, after.y_m - before.y_m) > 0.001) == (i != 2));
   }
+}
+
+TEST_CASE("a damaged stack is its robot's") {
+  // Wherever above an array on its stack a robot writes, at most that robot fails, the same ones in each run; those
+  // that write nowhere else move on. A write far above is named with its line.
+  const TestArena scene{.program = "damages_stack.c", .robots = 600, .side_m = 3, .ode = "on_fault = \"leave\""};
+  std::uint64_t failed[2] = {};
+  for (std::uint64_t& robots : failed) {
+    auto arena = scene.make_running();
+    const hal::PoseFrame then = frame_at(*arena, seconds(3)), later = frame_at(*arena, seconds(6));
+    robots = arena->counters()["robots.failed"];
+    for (std::size_t i = 0; i < 4; ++i) {
+      const hal::Pose &before = then.robots[i].pose, &after = later.robots[i].pose;
+      CHECK(std::hypot(after.x_m - before.x_m, after.y_m - before.y_m) > 0.001);
+    }
+  }
+  CHECK(failed[0] > 300);
+  CHECK(failed[0] < 600);
+  CHECK(failed[1] == failed[0]);
+  CHECK(says(run_error("damages_stack.c", 1, "ids = [599]"),
+             {"robot 0", "beyond its stack", "in damage", "damages_stack.c:11"}));
 }
 
 TEST_CASE("aborts") {

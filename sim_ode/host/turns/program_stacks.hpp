@@ -1,4 +1,4 @@
-// Stacks for programs that wait inside delay(): small, many, each fenced. Reused, never shrunk.
+// Stacks for programs: small, many, each fenced on both sides. Reused, never shrunk.
 #pragma once
 
 #include <cstddef>
@@ -8,25 +8,25 @@
 
 namespace arkmesh::sim_ode {
 
-class WorkerStacks {
+class ProgramStacks {
  public:
   // Lower end is `top - bytes`; stacks grow down from top.
   struct Stack {
     char* top;
     std::size_t bytes;
     StackBounds bounds() const { return {top - bytes, bytes}; }
+    // Whether an address lies in the fence below it (-1), in the one above it (1), or elsewhere (0).
+    int fence_at(const void* address) const;
   };
 
-  WorkerStacks() = default;
-  ~WorkerStacks();
-  WorkerStacks(const WorkerStacks&) = delete;
-  WorkerStacks& operator=(const WorkerStacks&) = delete;
+  ProgramStacks() = default;
+  ~ProgramStacks();
+  ProgramStacks(const ProgramStacks&) = delete;
+  ProgramStacks& operator=(const ProgramStacks&) = delete;
 
   // Throws std::bad_alloc when the system gives no more memory.
   const Stack* take();
   void give(const Stack* stack) { free_.push_back(stack); }
-  // Whether an address lies in the fence below one of our stacks.
-  bool is_fence(const void* address) const;
 
  private:
   struct Slab {
