@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -284,6 +285,39 @@ TEST_CASE("controller check says what a program needs and what may go wrong with
       folder.path());
   CHECK(wide.code == 0);
   CHECK_MESSAGE(says(wide, "warning: integer overflow"), wide.output);
+
+  // What a PC, or a simulator, does not show: each with a control of the same shape.
+  const auto said_of = [&](const std::string& globals, const std::string& loop) {
+    return controller(
+        {"check", write("width.c", "#include <kilolib.h>\n" + globals + fmt::format(fmt::runtime(frame), loop))},
+        folder.path());
+  };
+  for (const auto& [globals, wrong, right, sentence] : std::vector<std::array<std::string, 4>>{
+           {"int id; message_t m;", "id = m.data[0] << 8 | m.data[1];", "id = (m.data[0] & 3) << 8 | m.data[1];",
+            "width.c:4: two bytes are shifted into an int"},
+           {"int32_t id; message_t m;", "id = (m.data[0] << 8) + m.data[1];",
+            "id = (uint16_t)(m.data[0] << 8 | m.data[1]);", "width.c:4: two bytes are shifted into an int"},
+           {"int sum;", "int i; for (i = 0; i < 300; i++) { int light = get_ambientlight(); sum = sum + light; }",
+            "int i; int32_t all = 0; for (i = 0; i < 300; i++) all += get_ambientlight(); sum = all / 300;",
+            "readings, up to 1023 each, are added up in sum"},
+           {"int part;", "part = get_ambientlight() * 100 / 1024;", "part = get_ambientlight() * 10 / 1024;",
+            "times 100 is more than 16 bits hold"},
+           {"uint32_t calls;", "calls++; if (calls > 120000) set_color(1);", "calls++; if (calls > 20) set_color(1);",
+            "calls counts calls of loop up to 120000"},
+           {"uint32_t calls, last;", "calls++; if (calls > 5000) set_color(1);",
+            "if (kilo_ticks > last) { last = kilo_ticks; calls++; } if (calls > 5000) set_color(1);", "calls of loop"},
+           {"#include <stdlib.h>\nchar *text; char room[9];", "text = malloc(9);", "text = room;",
+            "malloc takes from what the stack needs"}}) {
+    const Ended found = said_of(globals, wrong), control = said_of(globals, right);
+    CHECK_MESSAGE(says(found, sentence), found.output);
+    CHECK_MESSAGE(!says(control, sentence), control.output);
+    CHECK(found.code == 0);
+  }
+  const Ended deep = said_of("void use(char *);\nvoid use(char *at) { *at = 1; set_color(*at); }",
+                             "char room[3600]; use(room); set_motors(room[kilo_uid], 0);");
+  CHECK(deep.code == 1);
+  CHECK_MESSAGE(says(deep, "loop alone needs 36"), deep.output);
+  CHECK_MESSAGE(says(deep, "remain for the stack"), deep.output);
 
   const Ended broken = controller({"check", file("refused_syntax")}, folder.path());
   CHECK(broken.code == 1);

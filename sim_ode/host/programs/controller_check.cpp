@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <stdexcept>
+#include <utility>
 
 #include "sim_ode/host/programs/robot_program.hpp"
 
@@ -21,7 +22,9 @@ std::vector<std::string> warnings_in(const std::string& said) {
 
 CheckedProgram check_program(const ProgramSources& sources) {
   const ReadProgram program(sources);
-  const AvrBuild build(program, sources.name(), warning_options);
+  std::vector<std::string> options = warning_options;
+  options.insert(options.end(), dump_options.begin(), dump_options.end());
+  const AvrBuild build(program, sources.name(), options);
   CheckedProgram out;
   out.sizes = build.sizes();
 
@@ -34,6 +37,8 @@ CheckedProgram check_program(const ProgramSources& sources) {
   }
 
   out.warnings = warnings_in(build.said());
+  for (std::string& sentence : width_warnings(build.folder())) out.warnings.push_back(std::move(sentence));
+  out.largest = largest_frame(build.folder());
   return out;
 }
 

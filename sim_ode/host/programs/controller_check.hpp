@@ -5,13 +5,15 @@
 #include <vector>
 
 #include "sim_ode/host/programs/avr_build.hpp"
+#include "sim_ode/host/programs/width_warnings.hpp"
 
 namespace arkmesh::sim_ode {
 
 struct CheckedProgram {
   Sizes sizes;                        // static memory; the stack needs what remains
-  std::vector<std::string> warnings;  // of places that depend on how wide an int is, and of memory
-  bool fits() const { return sizes.flash <= flash_limit_bytes && sizes.ram <= ram_limit_bytes; }
+  Frame largest;                      // of the stack, by one function
+  std::vector<std::string> warnings;  // of places that depend on how wide an int is, of memory and of counted calls
+  bool fits() const { return sizes.flash <= flash_limit_bytes && sizes.ram + largest.bytes <= ram_limit_bytes; }
 };
 
 // For AvrBuild: what makes the compiler speak of such places, and what of its words is worth telling.
