@@ -55,6 +55,19 @@ def sim_sends(bench):
     return 293 <= each <= 303, f"{each:.1f} each", "298 +- 5 (logs of robots: 298.3)"
 
 
+def sim_pairs(bench):
+    """Pairs in reach of which one hears nothing of the other in 5 minutes: three in a row, whose ends do not hear each other, and grids of 100."""
+    row = ("--robots", 3, "--set", "ode.start_poses=[-0.08,0,0, 0,0,0, 0.08,0,0]")
+    grids = [("--robots", 100, "--spacing", spacing, "--set", f"ode.clock_spread={spread}") for spacing in (0.04, 0.06) for spread in (0, 0.005)]
+    in_reach = deaf = 0
+    for places, seeds in [(row, 20 if bench.short else 200)] + [(grid, 2 if bench.short else 10) for grid in grids]:
+        for seed in range(1, seeds + 1):
+            text, _ = controller("count_sends", *places, "--seconds", 302, "--seed", seed)
+            count = dict(re.findall(r"infrared\.pairs\.(\w+) (\d+)", text))
+            in_reach, deaf = in_reach + int(count["in_reach"]), deaf + int(count.get("deaf", 0))
+    return deaf == 0 and in_reach > 0, f"{deaf} of {in_reach}", "none"
+
+
 def sim_reception(bench):
     """Reception against distance, beside logs of 25 robots in a 5 x 5 grid."""
     passed, all_, told = tests(bench, "test_sim_ode", "reception against distance")
@@ -221,6 +234,6 @@ def machine():
     return f"{models[0] if models else 'an unknown processor'}, {os.cpu_count()} of them"
 
 
-MEASURES = [sim_sends, sim_reception, sim_crowd, sim_overhead, sim_truths, sim_truths_measured, sim_walks, sim_programs, sim_memory, sim_memory_delay, sim_memory_robot, sim_many, sim_growth, sim_speed]
+MEASURES = [sim_sends, sim_pairs, sim_reception, sim_crowd, sim_overhead, sim_truths, sim_truths_measured, sim_walks, sim_programs, sim_memory, sim_memory_delay, sim_memory_robot, sim_many, sim_growth, sim_speed]
 # The last six run tests that CI has run, or have no limit.
 NOT_JUDGED_SHORT = {sim_speed, sim_growth, sim_programs, sim_reception, sim_overhead, sim_truths, sim_truths_measured, sim_many, sim_walks}
