@@ -124,7 +124,7 @@ class EmulatedArena final : public hal::Arena, public hal::FaultPort {
     const testbed::KilobotSettings settings = testbed::read_kilobot_settings(arena, request.lab, emulator_.cameras());
     if (!observer) observer = testbed::make_viewers(settings, request);
     const auto record = testbed::make_record(arena.section("kilobot"), settings, request.lab, "emulated", false, time_);
-    const auto open = [this, next = std::size_t{0}](const std::string&, int, int) mutable {
+    const auto open = [this, next = std::size_t{0}](const tracker::CameraRequest&) mutable {
       const std::size_t camera = next++;
       return std::make_unique<EmulatedFeed>(eyes_, camera, emulator_.camera(camera).settings().name);
     };

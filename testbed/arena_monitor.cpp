@@ -226,7 +226,7 @@ std::unique_ptr<hal::kilobot::RobotMonitor> make_arena_monitor(const KilobotSett
     const std::string& source = settings.cameras[i].source;
     const tracker::Lens& lens = settings.calibrations[i].data().lens;
     eyes.push_back({.source = hal::without_secrets(source),
-                    .feed = open(source, lens.width_px, lens.height_px),
+                    .feed = open({source, lens.width_px, lens.height_px, settings.cameras[i].controls}),
                     .still = {},
                     .latency = hal::LabTime(std::llround(1000 * settings.cameras[i].latency_ms)),
                     .error = {}});

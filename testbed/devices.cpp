@@ -67,7 +67,7 @@ Finding camera(const CameraSettings& settings, std::size_t number, std::size_t a
     } catch (const std::runtime_error& wrong) {
       no_calibration = wrong.what();
     }
-    const auto feed = tracker::open_camera(source, lens.width_px, lens.height_px);
+    const auto feed = tracker::open_camera({source, lens.width_px, lens.height_px, settings.controls});
     cv::Mat picture;
     wait_until([&] { return !(picture = feed->newest()).empty(); });
     if (picture.empty()) throw std::runtime_error(feed->error());

@@ -22,6 +22,9 @@ tracker::NamedCamera calibration_of(const hal::Section& section, const CameraSet
     section.refuse(
         "source",
         "is no camera: give a camera's number, /dev/video..., or a URL such as http://127.0.0.1:8090/camera0");
+  if (tracker::source_kind(camera.source) == tracker::SourceKind::url)
+    for (const std::string& key : camera.controls.keys())
+      section.refuse(key, "can be set of a camera at this machine only: set it in the camera's own menu");
   if (camera.calibration.empty())
     section.refuse("calibration", "is missing: give the file that arkmesh calibrate made");
   try {
@@ -46,6 +49,13 @@ void CameraSettings::fields(const hal::Section& camera) {
   camera.field("camera", name, {.help = "its name there, when the file holds several"});
   camera.field("latency_ms", latency_ms,
                {{0, 2000}, "ms", "from light to a picture's time: the driver's at this machine, else its arrival"});
+  const std::string own = "the camera's own";
+  camera.field("exposure_ms", controls.exposure_ms,
+               {.range = {0.01, 10'000}, .unit = "ms", .help = "of a camera at this machine", .default_is = own});
+  camera.field("gain", controls.gain,
+               {.range = {0, 1e6}, .help = "likewise, in its driver's units", .default_is = own});
+  camera.field("white_balance_k", controls.white_balance_k,
+               {.range = {1000, 20'000}, .unit = "K", .help = "likewise", .default_is = own});
 }
 
 void KilobotSettings::fields(const hal::Section& kilobot) {

@@ -11,6 +11,7 @@
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "testbed/kilobot_tracking.hpp"
 #include "tracker/camera/calibration_file.hpp"
+#include "tracker/camera/camera_controls.hpp"
 
 namespace arkmesh::testbed {
 
@@ -20,6 +21,7 @@ struct CameraSettings {
   std::filesystem::path calibration;  // required: a file of `arkmesh calibrate`
   std::string name;                   // camera: its name there, when the file holds several
   double latency_ms = 0;  // from light to the time of a picture: its driver's at this machine, else its arrival
+  tracker::CameraControls controls;
 
   void fields(const hal::Section& camera);
 };

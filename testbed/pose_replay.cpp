@@ -65,7 +65,7 @@ PoseReplay::PoseReplay(fs::path folder, const KilobotSettings& settings)
       pictures_(std::make_unique<Pictures>()) {
   pictures_->newest.resize(settings.cameras.size());
   pictures_->age.resize(settings.cameras.size());
-  const auto open = [this, next = std::size_t{0}](const std::string&, int, int) mutable {
+  const auto open = [this, next = std::size_t{0}](const tracker::CameraRequest&) mutable {
     return std::make_unique<Pictures::Feed>(*pictures_, next++);
   };
   eyes_ = make_arena_monitor(settings, {}, open);

@@ -110,9 +110,9 @@ std::unique_ptr<ByteStream> recorded(std::unique_ptr<ByteStream> stream, std::sh
 
 tracker::OpenCamera recorded(tracker::OpenCamera open, std::shared_ptr<RawRecord> record) {
   if (!record) return open;
-  return [open = std::move(open), record = std::move(record), next = std::size_t{0}](
-             const std::string& source, int width_px, int height_px) mutable {
-    return std::make_unique<RecordedFeed>(open(source, width_px, height_px), next++, record);
+  return [open = std::move(open), record = std::move(record),
+          next = std::size_t{0}](const tracker::CameraRequest& camera) mutable {
+    return std::make_unique<RecordedFeed>(open(camera), next++, record);
   };
 }
 

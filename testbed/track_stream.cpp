@@ -145,7 +145,7 @@ bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::
 void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Progress& progress) {
   const auto calibration = calibration_of(options);
   const tracker::Lens lens = calibration ? calibration->lens : tracker::Lens{};
-  const auto camera = tracker::open_camera(options.source, lens.width_px, lens.height_px);
+  const auto camera = tracker::open_camera({options.source, lens.width_px, lens.height_px});
   tracker::TableTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, live_pictures_per_s, stop);
   OutageReport outages(progress);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <tuple>
 
 #include "tests/support/processes/temporary_directory.hpp"
 #include "tests/testbed/observed_testbed.hpp"
@@ -108,6 +110,19 @@ TEST_CASE("poses are as old as the pictures that show them") {
     REQUIRE(frame.has_value());
     CHECK(frame->robots.size() == 8);
     for (const hal::Observation& seen : frame->robots) CHECK(seen.age == hal::LabTime{200'000});
+  }
+}
+
+TEST_CASE("exposure, gain and white balance of a stream are refused by name") {
+  // Proves that no key is without effect: only a camera at this machine can be told.
+  for (const std::string key : {"exposure_ms", "gain", "white_balance_k"}) {
+    const std::string text =
+        "[arena]\nwidth_m = 1\nheight_m = 1\nrobots = 1\n[[arena.kilobot.cameras]]\nsource = "
+        "\"http://127.0.0.1:1/camera\"\ncalibration = \"camera.yaml\"\n" +
+        key + " = 1000\n";
+    CHECK_THROWS_WITH_AS(std::ignore = lab_settings(hal::Config::from_text(text, "lab.toml")),
+                         doctest::Contains((key + " = 1000.0: can be set of a camera at this machine only").c_str()),
+                         hal::ConfigError);
   }
 }
 

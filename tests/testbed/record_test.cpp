@@ -127,8 +127,8 @@ TEST_CASE("record: pictures as they were delivered") {
   cv::imencode(".jpg", plain, jpeg);
   {
     const auto open = testbed::recorded(
-        [&jpeg](const std::string&, int, int) { return std::make_unique<JpegFeed>(jpeg); }, loose.record);
-    const auto feed = open("0", 64, 48);
+        [&jpeg](const tracker::CameraRequest&) { return std::make_unique<JpegFeed>(jpeg); }, loose.record);
+    const auto feed = open({"0", 64, 48});
     loose.time.at += std::chrono::milliseconds(4);
     CHECK_FALSE(feed->newest().empty());
   }

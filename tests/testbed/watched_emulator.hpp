@@ -56,8 +56,8 @@ class EmulatedTestbed {
     }
     tracker::write_calibrations(calibration, cameras);
     const auto config = hal::Config::from_text(lab, "lab.toml");
-    return testbed::make_arena_monitor(lab_settings(config), {}, [this](const std::string& source, int, int) {
-      return std::make_unique<Feed>(*this, static_cast<std::size_t>(source.back() - '0'));
+    return testbed::make_arena_monitor(lab_settings(config), {}, [this](const tracker::CameraRequest& camera) {
+      return std::make_unique<Feed>(*this, static_cast<std::size_t>(camera.source.back() - '0'));
     });
   }
 

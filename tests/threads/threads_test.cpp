@@ -116,7 +116,7 @@ TEST_CASE("threads: a camera comes, goes and comes back") {
   };
   server.announce("camera0");
   {
-    const auto feed = tracker::open_camera(fmt::format("http://127.0.0.1:{}/camera0", server.port()));
+    const auto feed = tracker::open_camera({.source = fmt::format("http://127.0.0.1:{}/camera0", server.port())});
     for (int times = 0; times < 2; ++times) {
       int pictures = 0;
       CHECK(soon([&] {

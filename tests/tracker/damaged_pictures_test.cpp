@@ -162,7 +162,7 @@ bool soon(const std::function<bool()>& so) {
 
 // What the camera says once it has been tried.
 std::string fault(const std::string& url) {
-  const auto feed = open_camera(url);
+  const auto feed = open_camera({.source = url});
   std::string error;
   soon([&] { return !(error = feed->error()).empty() && !error.starts_with("no picture has come yet"); });
   return error;
@@ -279,7 +279,7 @@ TEST_CASE("a stream's damaged pictures are counted and cost no connection") {
   for (int i = 0; i < 12; ++i) pictures.push_back(i % 3 == 1 ? noise(4000) : jpeg_of(grey(10 * i)));
   pictures.push_back(jpeg_of(grey(200, {32, 48})));
   const OddCamera camera(multipart(pictures), true);
-  const auto feed = open_camera(camera.url);
+  const auto feed = open_camera({.source = camera.url});
   CHECK(soon([&] { return feed->counters()["camera.refused.changed"] > 0; }));
   CHECK(feed->counters()["camera.refused.damaged"] == 4);
   CHECK(feed->counters()["camera.skipped"] == 7);

@@ -1,6 +1,8 @@
 #include "tracker/camera/live_camera.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +16,7 @@
 #include <utility>
 
 #include "hal/config/without_secrets.hpp"
+#include "hal/handle.hpp"
 #include "tracker/camera/jpeg_stream.hpp"
 #include "tracker/camera/picture_child.hpp"
 #include "tracker/camera/source.hpp"
@@ -43,10 +46,11 @@ Clock::time_point stamped(double ms, Clock::time_point now) {
 
 class LiveCamera final : public CameraFeed {
  public:
-  LiveCamera(std::string source, int width_px, int height_px)
-      : source_(std::move(source)),
+  explicit LiveCamera(const CameraRequest& camera)
+      : source_(camera.source),
         shown_(hal::without_secrets(source_)),
-        wanted_(width_px, height_px),
+        wanted_(camera.width_px, camera.height_px),
+        controls_(camera.controls),
         thread_([this] { run(); }) {}
 
   ~LiveCamera() override {
@@ -136,6 +140,11 @@ class LiveCamera final : public CameraFeed {
     }
     camera.set(cv::CAP_PROP_BUFFERSIZE, 1);
     if (camera.get(cv::CAP_PROP_FOURCC) == mjpg) camera.set(cv::CAP_PROP_CONVERT_RGB, 0);
+    const hal::Handle own(::open(device.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+    std::string refusal = set_controls(controls_, shown_, [&own](unsigned long request, void* argument) {
+      return ::ioctl(own.get(), request, argument);
+    });
+    if (!refusal.empty()) return refusal;
     for (int in_vain = 0; !stopping() && in_vain < no_picture_limit;) {
       cv::Mat picture;  // a new one each time: the last was handed over
       if (!camera.read(picture) || picture.empty()) break;
@@ -184,7 +193,8 @@ class LiveCamera final : public CameraFeed {
   }
 
   const std::string source_, shown_;
-  const cv::Size wanted_;     // empty: any
+  const cv::Size wanted_;  // empty: any
+  const CameraControls controls_;
   bool any_ = false;          // the thread's: a picture since it was opened last
   mutable std::mutex mutex_;  // guards all below but the thread
   std::condition_variable wake_;
@@ -201,9 +211,9 @@ class LiveCamera final : public CameraFeed {
 
 }  // namespace
 
-std::unique_ptr<CameraFeed> open_camera(const std::string& source, int width_px, int height_px) {
+std::unique_ptr<CameraFeed> open_camera(const CameraRequest& camera) {
   quieten_libraries();
-  return std::make_unique<LiveCamera>(source, width_px, height_px);
+  return std::make_unique<LiveCamera>(camera);
 }
 
 }  // namespace arkmesh::tracker

@@ -10,6 +10,7 @@
 
 #include "hal/counters.hpp"
 #include "hal/types.hpp"
+#include "tracker/camera/camera_controls.hpp"
 
 namespace arkmesh::tracker {
 
@@ -35,13 +36,18 @@ class CameraFeed {
   virtual hal::Counters counters() const = 0;
 };
 
-// A camera's number, /dev/video..., or URL. Does not throw: a camera that is not there yet is looked for again and
-// again, first after half a second, then after up to 8 s. Reading blocks, so each camera has a thread, and each URL a
-// process (picture_child) that is given up when it hangs. width_px and height_px are asked of a camera at this machine
-// when not 0.
-std::unique_ptr<CameraFeed> open_camera(const std::string& source, int width_px = 0, int height_px = 0);
+struct CameraRequest {
+  std::string source;               // a camera's number, /dev/video..., or URL
+  int width_px = 0, height_px = 0;  // asked of a camera at this machine; 0: any
+  CameraControls controls = {};     // of a camera at this machine, set at each opening
+};
 
-// How a watch opens a camera's source; an emulated testbed may bring its own.
-using OpenCamera = std::function<std::unique_ptr<CameraFeed>(const std::string& source, int width_px, int height_px)>;
+// Does not throw: a camera that is not there yet is looked for again and again, first after half a second, then after
+// up to 8 s. Reading blocks, so each camera has a thread, and each URL a process (picture_child) that is given up when
+// it hangs.
+std::unique_ptr<CameraFeed> open_camera(const CameraRequest& camera);
+
+// How a watch opens a camera; an emulated testbed may bring its own.
+using OpenCamera = std::function<std::unique_ptr<CameraFeed>(const CameraRequest& camera)>;
 
 }  // namespace arkmesh::tracker
