@@ -217,7 +217,9 @@ class Reader {
         begin_ticks_ == AV_NOPTS_VALUE ? 0 : static_cast<double>(last_ticks) - static_cast<double>(begin_ticks_);
     const double reached = rate_ * av_q2d(time_base_) * ticks + 1;
     const auto came = std::max(packets, static_cast<std::int64_t>(std::lround(std::clamp(reached, 0.0, 1e9))));
-    give({.kind = Kind::ended, .count = std::max<std::int64_t>(0, stream->nb_frames - came)});
+    // a duration may be another stream's, and is rounded
+    const std::int64_t promised = stream->nb_frames > 0 ? stream->nb_frames : format->nb_streams == 1u ? told - 1 : 0;
+    give({.kind = Kind::ended, .count = std::max<std::int64_t>(0, promised - came)});
   }
 
   std::int64_t time_of(std::int64_t ticks) {
