@@ -1,0 +1,95 @@
+"""A file is the same file however its path is spelled: what commands print and write does not depend on it."""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = ROOT / "build/release/arkmesh"
+HELLO = """#include <kilolib.h>
+#include <stdio.h>
+static message_t m;
+static message_t *tx(void) { return &m; }
+static void rx(message_t *heard, distance_measurement_t *d) { (void)heard; (void)d; if (kilo_ticks < 100) printf("heard\\n"); }
+static void setup(void) { m.crc = message_crc(&m); printf("here is %d\\n", kilo_uid); }
+static void loop(void) { set_motors(kilo_straight_left, 0); }
+int main(void) { kilo_init(); kilo_message_tx = tx; kilo_message_rx = rx; kilo_start(setup, loop); return 0; }
+"""
+# what is given, the command, and what it writes; OUT is a new path, PATH the file
+COMMANDS = {
+    "controller run": ("x/robot.c", "controller run PATH --robots 4 --spacing 0.05 --seconds 8 --csv OUT"),
+    "controller check": ("x/robot.c", "controller check PATH"),
+    "config --airtime": ("x/a.toml", "config --airtime PATH"),
+    "config --keys": ("x/light_up.py", "config --keys PATH"),
+    "explain": ("x/a.toml", "explain world --to b PATH"),
+    "run": ("x/a.toml", "run PATH --seconds 4 --out OUT"),
+    "batch": ("x/batch.toml", "batch PATH --out OUT"),
+    "rerun": ("done", "rerun PATH --out OUT"),
+    "export": ("done", "export PATH --csv --out OUT"),
+    "track": ("x/robots.jpg", "track PATH --csv OUT"),
+}
+
+
+class Spellings(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="arkmesh-spellings-")).resolve()
+        self.addCleanup(shutil.rmtree, self.folder)
+        for name in ("x", "y"):
+            (self.folder / name).mkdir()
+        (self.folder / "x/robot.c").write_text(HELLO)
+        for name in ("a.toml", "light_up.py"):
+            shutil.copy(ROOT / "experiments/light_up" / name, self.folder / "x")
+        text = (self.folder / "x/a.toml").read_text()
+        (self.folder / "x/a.toml").write_text(re.sub(r'controller *= *".*"', 'controller = "robot.c"', text))
+        (self.folder / "x/batch.toml").write_text('labs = ["a.toml"]\nseeds = "1..2"\n[set]\nrun.duration_s = 4.0\n')
+        shutil.copy(ROOT / "docs/camera-good.jpg", self.folder / "x/robots.jpg")
+        os.symlink("../x", self.folder / "y/link")
+        os.symlink("../x", self.folder / "y/ä b")
+        self.assertEqual(self.said("run", "x/a.toml", "--seconds", "4", "--out", "done")[0], 0)
+
+    def said(self, *words):
+        done = subprocess.run([PROGRAM, *words], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300)
+        return done.returncode, done.stdout
+
+    def spellings(self, path):
+        """The same file: plain, ./, through another folder, with //, absolute, through a link, through one with a space and an umlaut."""
+        last = pathlib.Path(path).name
+        out = [path, f"./{path}", f"y/../{path}", f".//{path}".replace("x/", "x//"), f"{self.folder}/{path}"]
+        if path.startswith("x/"):
+            return out + [f"y/link/{last}", f"y/ä b/{last}"]
+        for name in ("link to it", "ä b"):
+            if not (self.folder / name).exists():
+                os.symlink(path, self.folder / name)
+        return [*out, "link to it", "ä b"]
+
+    def answer(self, command, spelling, out):
+        """Exit code, what is printed and what is written, but for the path itself and what the clock says."""
+
+        code, text = self.said(*(word.replace("OUT", out).replace("PATH", spelling) for word in command.split()))
+        def plain(words):
+            for path in sorted({spelling, str((self.folder / spelling).parent) + "/" + pathlib.Path(spelling).name, str((self.folder / spelling).resolve()), out}, key=len, reverse=True):
+                words = words.replace(path, "PATH")
+            return words
+
+        text = "\n".join(line for line in plain(text).splitlines() if not re.search(r"\d x\)|\dx\)|\dx  eta|built in|wall| in \d+(\.\d+)? s", line))
+        files = sorted(path for path in [self.folder / out, *(self.folder / out).rglob("*")] if path.is_file())
+        return code, text, {plain(str(path.relative_to(self.folder))): path.read_bytes() for path in files if path.suffix == ".csv"}, [plain(str(path)) for path in files]
+
+    def test_commands_know_a_file_however_it_is_spelled(self):
+        for name, (path, command) in COMMANDS.items():
+            first = None
+            for k, spelling in enumerate(self.spellings(path)):
+                with self.subTest(command=name, spelling=spelling):
+                    answer = self.answer(command, spelling, f"out{k}-{name.replace(' ', '-')}")
+                    if first is None:
+                        first = answer
+                        self.assertEqual(first[0], 0, first[1])
+                    for mine, others in zip(answer, first):
+                        self.assertEqual(mine, others)
+
+
+if __name__ == "__main__":
+    unittest.main()
