@@ -97,6 +97,7 @@ class OdeArena final : public SimulatedArena {
       }
     }
     clock_.set(t);
+    if (overhead_.is_outside()) show_what_was_heard(overhead_.sent_until(t));
     return true;
   }
   void serve() override {}
@@ -110,7 +111,11 @@ class OdeArena final : public SimulatedArena {
 
   void look(hal::LabTime exposure, std::vector<Seen>& out) const override {
     const std::int64_t since_us = clock_.now().count() - ticks_ * tick_us;
-    leds_.gather(std::max<std::int64_t>(0, since_us - exposure.count()), since_us, light_of_);
+    // the pose is that in the exposure's middle
+    const std::int64_t half_us = exposure.count() / 2;
+    (early_leds_ ? *early_leds_ : leds_)
+        .gather(std::max<std::int64_t>(0, since_us - half_us), std::min<std::int64_t>(tick_us, since_us + half_us),
+                light_of_);
     out.resize(info_.robots.size());
     for (std::size_t i = 0; i < out.size(); ++i) {
       const auto robot = static_cast<int>(i);
@@ -255,6 +260,19 @@ class OdeArena final : public SimulatedArena {
     }
   }
 
+  // Robots' turns come at ticks; the LED of a robot obeys a command at once.
+  void show_what_was_heard(std::span<const Transmission> sent) {
+    early_leds_.reset();
+    for (const Transmission& one : sent) {
+      if (!one.clean || one.message.type <= 127) continue;
+      if (!early_leds_) early_leds_ = leds_;
+      for (int robot = 0; robot < world_.robots(); ++robot) {
+        const auto colour = world_.in_arena(robot) ? host_.shown_after(robot, one.message.type) : std::nullopt;
+        if (colour) early_leds_->set(robot, *colour, std::max<std::int64_t>(1, one.end_us - ticks_ * tick_us));
+      }
+    }
+  }
+
   void send_composite() {
     ++composites_;
     if (!overhead_.is_outside()) overhead_.send_composite(clock_.now(), ticks_ * tick_us, registers_, inbox_.overhead);
@@ -287,6 +305,7 @@ class OdeArena final : public SimulatedArena {
   hal::kilobot::MessageRegisters registers_;
   Motors motors_;
   LedLights leds_;
+  std::optional<LedLights> early_leds_;  // with what the robots will show for what they have heard since the tick
   Batteries batteries_;
   ContactWorld world_;
   Shadows shadows_;  // of obstacles and objects

@@ -63,9 +63,13 @@ void OverheadAir::draw_missed(Inbox::Overhead& heard) {
   }
 }
 
-void OverheadAir::hear(hal::LabTime now, std::vector<Inbox::Overhead>& inbox) {
-  sent_.clear();
+std::span<const Transmission> OverheadAir::sent_until(hal::LabTime now) {
   source_->sent_until(now.count(), sent_);
+  return sent_;
+}
+
+void OverheadAir::hear(hal::LabTime now, std::vector<Inbox::Overhead>& inbox) {
+  sent_until(now);
   const std::int64_t since_us = now.count() - tick_us;
   for (const Transmission& sent : sent_) {
     if (!sent.clean || sent.message.crc != message_crc(sent.message)) {
@@ -82,6 +86,7 @@ void OverheadAir::hear(hal::LabTime now, std::vector<Inbox::Overhead>& inbox) {
     for (std::size_t i = 0; i < heard.missed.size(); ++i)
       if (!world_.in_arena(static_cast<int>(i))) heard.missed[i] = 1;
   }
+  sent_.clear();
 }
 
 }  // namespace arkmesh::sim_ode

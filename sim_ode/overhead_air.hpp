@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,8 @@ class OverheadAir {
   // What a controller outside has sent in the tick that ends `now`: every copy by itself, nothing assumed of
   // repetition.
   void hear(hal::LabTime now, std::vector<Inbox::Overhead>& inbox);
+  // What it has sent since the last tick and up to `now`, which hear() gives to robots at the next one.
+  std::span<const Transmission> sent_until(hal::LabTime now);
   // A robot was taken off the arena, where it hears nothing of a controller outside; one is back.
   void take_off() { ++off_arena_; }
   void put_back() { --off_arena_; }

@@ -38,6 +38,9 @@ class RobotGroups {
   void fetch_memory(int robot) const { of(robot).host->fetch_memory(robot - of(robot).first); }
   void set_power(int robot, bool on) { of(robot).host->set_power(robot - of(robot).first, on); }
   bool powered(int robot) const { return of(robot).host->powered(robot - of(robot).first); }
+  std::optional<std::uint8_t> shown_after(int robot, std::uint8_t type) const {
+    return of(robot).host->shown_after(robot - of(robot).first, type);
+  }
   std::uint16_t id_of(int robot) const { return of(robot).host->id_of(robot - of(robot).first); }
   const BootLoader& loader(int robot) const { return of(robot).host->loader(robot - of(robot).first); }
   FaultGuard& guard() { return parts_[0].host->guard(); }

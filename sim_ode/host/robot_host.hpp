@@ -65,6 +65,10 @@ class RobotHost {
   // Off: dark, deaf and still. On again: as after power-up; only between ticks. Throws ProgramFault.
   void set_power(int robot, bool on);
   bool powered(int robot) const { return turns_.firmware(robot).state() != Firmware::State::off; }
+  // As Firmware::shown_after().
+  std::optional<std::uint8_t> shown_after(int robot, std::uint8_t type) const {
+    return turns_.firmware(robot).shown_after(type, bodies_.voltage(robot));
+  }
   // As Turns::nothing_is_repeated().
   void nothing_is_repeated() { turns_.nothing_is_repeated(); }
   // As Turns::hear_overhead_at().

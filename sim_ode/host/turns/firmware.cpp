@@ -161,6 +161,18 @@ std::uint8_t Firmware::wake(std::int64_t tick) {
   return std::exchange(heard_asleep_, std::uint8_t{0});
 }
 
+std::optional<std::uint8_t> Firmware::shown_after(std::uint8_t type, std::int16_t voltage) const {
+  if (state_ == State::loader || state_ == State::off || state_ == State::sleeping) return std::nullopt;
+  const State next = type == type_wakeup    ? State::idle
+                     : type == type_voltage ? State::battery
+                     : type == type_charge  ? State::charging
+                                            : state_;
+  if (next == state_) return std::nullopt;
+  Firmware after = *this;
+  after.enter(next);
+  return after.show(voltage);
+}
+
 std::optional<std::uint8_t> Firmware::show(std::int16_t voltage) {
   if (!shows_another()) return std::nullopt;
   shown_ = state_;

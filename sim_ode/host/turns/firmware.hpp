@@ -97,6 +97,8 @@ class Firmware {
   // What its LED is to show once loop has returned; nothing when that is the program's matter or shown already. Flashes
   // of a millisecond are nothing to a camera. `voltage` is its battery's reading, 0..1023.
   std::optional<std::uint8_t> show(std::int16_t voltage);
+  // The same once it has heard a command of that type, where that changes its state; else nothing.
+  std::optional<std::uint8_t> shown_after(std::uint8_t type, std::int16_t voltage) const;
 
  private:
   static constexpr unsigned counts_per_tick = 255, ticks_per_round = 6;
