@@ -19,6 +19,7 @@
 #include "hal/counted.hpp"
 #include "testbed/assign_ids.hpp"
 #include "testbed/calibrate_motors.hpp"
+#include "testbed/camera_latency.hpp"
 #include "testbed/identify.hpp"
 #include "testbed/set_up_arena.hpp"
 
@@ -69,7 +70,7 @@ void say_whose_robots(bool simulated) {
 struct IdentifyOptions {
   SetUpOptions common;
   std::string protocol = "spelled";
-  bool any = false;
+  bool any = false, latency = false;
   double max_s = 0;  // 0: as long as it may take
 };
 
@@ -91,10 +92,34 @@ void print(const testbed::IdentifyReport& report) {
              report.took_s);
 }
 
+// Exit code 1: of a camera nothing is known.
+int measure_latency(testbed::SetUpArena& arena, hal::StopRequest& stop) {
+  constexpr int flashes = 64;
+  ProgressLine progress("identify --latency");
+  const std::vector<testbed::CameraLatency> cameras = testbed::measure_latency(arena, flashes, stop, progress);
+  say_whose_robots(arena.is_simulated());
+  bool all = !cameras.empty();
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const testbed::CameraLatency& camera = cameras[i];
+    const bool sure = 2 * camera.agree > camera.flashes && camera.latency_ms >= 0;
+    all = all && sure;
+    if (camera.flashes == 0)
+      fmt::print("camera {} saw no robot light up: are robots switched on and in its view?\n", i);
+    else if (!sure)
+      fmt::print("camera {} has no steady latency: {} of {} flashes allow {:.1f} ms\n", i, camera.agree, camera.flashes,
+                 camera.latency_ms);
+    else
+      fmt::print("camera {}: latency_ms = {:.1f} in [[arena.kilobot.cameras]], within {:.1f} ms ({} of {} flashes)\n",
+                 i, camera.latency_ms, camera.within_ms, camera.agree, camera.flashes);
+  }
+  return all ? 0 : 1;
+}
+
 int identify(const IdentifyOptions& options) {
   using Protocol = testbed::IdentifySettings::Protocol;
   OperatorStop stop;
   testbed::SetUpArena arena = options.common.open_arena(stop);
+  if (options.latency) return measure_latency(arena, stop);
   testbed::IdentifySettings settings{.protocol = options.protocol == "spelled" ? Protocol::spelled
                                                  : options.protocol == "ark"   ? Protocol::ark
                                                                                : Protocol::ark_runtime,
@@ -196,13 +221,15 @@ void add_identify_command(CLI::App* command) {
       ->check(CLI::IsMember({"spelled", "ark", "ark-runtime"}))
       ->capture_default_str();
   command->add_flag("--any", options->any, "Expect no particular robots: accept all that answer")->excludes("--ids");
+  command->add_flag("--latency", options->latency,
+                    "Name nobody: let all robots flash, and measure how late the cameras' pictures come (2 minutes)");
   command
       ->add_option("--seconds", options->max_s,
                    "Give up after this time (default: 120, with ARK's messages 3 for each id)")
       ->check(CLI::Range(1.0, 1e5));
   command->footer(
       "Examples:\n  arkmesh identify lab.toml\n  arkmesh identify lab.toml --any\n  arkmesh identify lab.toml "
-      "--protocol ark --ids 0-19\n"
+      "--protocol ark --ids 0-19\n  arkmesh identify lab.toml --latency\n"
       "Robots need not run their program. Ends with 1 when an expected robot was not found.");
   command->callback([options] { end_with(identify(*options)); });
 }

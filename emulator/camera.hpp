@@ -31,6 +31,7 @@ struct CameraSettings {
   double blur_px = 0.7;                     // s.d.
   double noise = 2;                         // s.d., of 255
   double led_brightness = 1;                // 1: the core saturates
+  hal::LabTime latency{0};                  // from the light to the picture's arrival
 
   // Keys of [[emulator.camera]]; pose and distortion are made of those below.
   double roll_deg = 0, look_x_m = std::numeric_limits<double>::quiet_NaN(), look_y_m = look_x_m;

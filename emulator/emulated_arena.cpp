@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <deque>
 #include <iterator>
 #include <stdexcept>
 #include <utility>
@@ -24,22 +25,50 @@ namespace {
 using emulator::Emulator;
 using hal::kilobot::ByteStream;
 
-// The newest picture of each camera of an emulator.
+// The pictures of each camera of an emulator that have not arrived, and the newest that has.
 class EmulatedCameras {
  public:
-  explicit EmulatedCameras(Emulator& emulator) : pictures_(emulator.cameras()), gone_(emulator.cameras(), false) {}
+  explicit EmulatedCameras(Emulator& emulator)
+      : emulator_(emulator), pictures_(emulator.cameras()), gone_(emulator.cameras(), false) {}
 
-  void look(Emulator& emulator) {
+  struct Arrived {
+    cv::Mat bgr;          // empty: none
+    hal::LabTime age{0};  // of a camera without latency 0: its pictures are those of the look
+  };
+
+  void look() {
     for (std::size_t k = 0; k < pictures_.size(); ++k) {
-      gone_[k] = !emulator.picture(k, pictures_[k]);
-      if (gone_[k]) pictures_[k].release();
+      cv::Mat picture;
+      gone_[k] = !emulator_.picture(k, picture);
+      if (gone_[k]) pictures_[k].clear();
+      if (gone_[k]) continue;
+      pictures_[k].push_back({std::move(picture), emulator_.now() + emulator_.camera(k).settings().latency});
+      drop_old(k);
     }
   }
-  cv::Mat take(std::size_t camera) { return std::exchange(pictures_[camera], cv::Mat()); }
+  Arrived take(std::size_t camera) {
+    drop_old(camera);
+    std::deque<Picture>& all = pictures_[camera];
+    if (all.empty() || all.front().arrives > emulator_.now()) return {};
+    const bool late = emulator_.camera(camera).settings().latency.count() > 0;
+    const Arrived out{all.front().bgr, late ? emulator_.now() - all.front().arrives : hal::LabTime{0}};
+    all.pop_front();
+    return out;
+  }
   bool is_gone(std::size_t camera) const { return gone_[camera]; }
 
  private:
-  std::vector<cv::Mat> pictures_;
+  struct Picture {
+    cv::Mat bgr;
+    hal::LabTime arrives;
+  };
+  void drop_old(std::size_t camera) {
+    std::deque<Picture>& all = pictures_[camera];
+    while (all.size() > 1 && all[1].arrives <= emulator_.now()) all.pop_front();
+  }
+
+  Emulator& emulator_;
+  std::vector<std::deque<Picture>> pictures_;
   std::vector<bool> gone_;
 };
 
@@ -51,8 +80,11 @@ class EmulatedFeed final : public tracker::CameraFeed {
     const bool gone = eyes_.is_gone(camera_);
     if (gone && !was_gone_) counters_.add("camera.gone");
     was_gone_ = gone;
-    return eyes_.take(camera_);
+    EmulatedCameras::Arrived arrived = eyes_.take(camera_);
+    if (!arrived.bgr.empty()) age_ = arrived.age;
+    return std::move(arrived.bgr);
   }
+  tracker::Arrival arrival() const override { return {.age = age_, .jpeg = {}}; }
   std::string error() const override {
     return eyes_.is_gone(camera_) ? fmt::format("the emulator's camera {} gives no pictures", name_) : "";
   }
@@ -62,6 +94,7 @@ class EmulatedFeed final : public tracker::CameraFeed {
   EmulatedCameras& eyes_;
   std::size_t camera_;
   std::string name_;
+  hal::LabTime age_{0};
   bool was_gone_ = false;
   hal::Counters counters_;
 };
@@ -102,7 +135,7 @@ class EmulatedTime final : public hal::WallTime {
     const hal::LabTime period = emulator_.config().frame_period, last = period * (end / period);
     if (last > pictured_) {
       emulator_.advance_to(std::max(emulator_.now(), last));
-      eyes_.look(emulator_);
+      eyes_.look();
       pictured_ = last;
     }
     if (end > emulator_.now()) emulator_.advance_to(end);
@@ -192,8 +225,8 @@ hal::ArenaRow emulated_arena_row() {
           [](const hal::Section& arena, const hal::ArenaRequest& request) -> std::unique_ptr<hal::Arena> {
             if (!request.set_up) return make(arena, request, {}, nullptr);
             auto names = std::make_unique<testbed::UnnamedTracks>();
-            testbed::Tracks& tracks = *names;
-            return testbed::with_tracks(make(arena, request, {}, std::move(names)), tracks);
+            testbed::UnnamedTracks& tracks = *names;
+            return testbed::with_tracks(make(arena, request, tracks.observer({}), std::move(names)), tracks);
           },
           [] {
             std::vector<hal::KeyRow> rows = hal::keys_of<EmulatedConfig>("arena.emulated");

@@ -54,6 +54,7 @@ void CameraSettings::fields(const hal::Section& camera) {
   camera.field("blur_px", blur_px, {{0, 10}, "px", "s.d."});
   camera.field("noise", noise, {{0, 30}, "", "s.d., of 255"});
   camera.field("led_brightness", led_brightness, {{0, 10}, "", "1: the core saturates"});
+  camera.field("latency_s", latency, {{0, 2}, "s", "from the light to the picture's arrival"});
 }
 
 void CameraSettings::check(const hal::Section& camera) {

@@ -37,7 +37,8 @@ EmulatorServer::EmulatorServer(hal::EventLoop& loop, Emulator& emulator, Emulato
                  return said;
                }),
       frame_due_(loop),
-      line_full_(loop) {
+      line_full_(loop),
+      picture_due_(loop) {
   wait_for_frame();
 }
 
@@ -124,11 +125,26 @@ void EmulatorServer::take_pictures() {
     if (!emulator_.picture(k, picture)) continue;
     if (shown) {
       cv::imencode(".jpg", picture, jpeg, {cv::IMWRITE_JPEG_QUALITY, emulator_.config().jpeg_quality});
-      pictures_.show(name, std::as_bytes(std::span(jpeg)));
+      const hal::LabTime latency = emulator_.camera(k).settings().latency;
+      if (latency.count() == 0)
+        pictures_.show(name, std::as_bytes(std::span(jpeg)));
+      else
+        late_.emplace(start_ + emulator_.now() + latency, LatePicture{name, jpeg});
     }
     record_.add_picture(k, picture);
   }
   ++frame_;
+  show_when_due();
+}
+
+void EmulatorServer::show_when_due() {
+  for (; !late_.empty() && late_.begin()->first <= std::chrono::steady_clock::now(); late_.erase(late_.begin()))
+    pictures_.show(late_.begin()->second.camera, std::as_bytes(std::span(late_.begin()->second.jpeg)));
+  if (late_.empty()) return;
+  picture_due_.expires_at(late_.begin()->first);
+  picture_due_.async_wait([this](auto error) {
+    if (!error) show_when_due();
+  });
 }
 
 hal::Counters EmulatorServer::counters() const {

@@ -6,7 +6,9 @@
 #include <chrono>
 #include <deque>
 #include <functional>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "emulator/control_port.hpp"
 #include "emulator/emulator.hpp"
@@ -44,6 +46,7 @@ class EmulatorServer {
   void follow_plug();
   void wait_for_frame();
   void take_pictures();
+  void show_when_due();
 
   Emulator& emulator_;
   EmulatorRecord& record_;
@@ -52,7 +55,12 @@ class EmulatorServer {
   std::deque<SerialReader::Chunk> chunks_;  // read, but not on the line yet
   SerialReader reader_;
   ControlPort control_;
-  boost::asio::steady_timer frame_due_, line_full_;
+  struct LatePicture {
+    std::string camera;
+    std::vector<std::uint8_t> jpeg;
+  };
+  std::multimap<TimePoint, LatePicture> late_;  // by when they arrive
+  boost::asio::steady_timer frame_due_, line_full_, picture_due_;
   bool plugged_ = true;
   std::function<void()> on_terminal_ = [] {};
   std::int64_t frame_ = 0;  // the next one's number

@@ -44,6 +44,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
                const tracker::TableSettings& settings, std::unique_ptr<tracker::NameKeeper> names,
                std::vector<hal::RobotId> expected, Observer observer)
       : eyes_(std::move(eyes)),
+        arrived_(eyes_.size()),
         tracker_(std::move(calibrations), settings),
         names_(std::move(names)),
         observer_(std::move(observer)),
@@ -67,7 +68,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       own_counters_.add("frame.no_picture");
       // one that is no use tells more than none at all
       if (no_use_ || now - seen_at_ >= doubt_after) doubtful_ = expected_;
-      if (observer_) observer_({now, pictures, tracker_, own_counters_});
+      if (observer_) observer_({now, pictures, arrived_, tracker_, own_counters_});
       return;
     }
     seen_at_ = now;
@@ -78,7 +79,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     for (const tracker::Naming& naming : names_->take_namings()) tracker_.associator().name(naming.track, naming.robot);
     update_doubtful(std::ranges::none_of(pictures, &cv::Mat::empty));
     poses_.put(frame(now));
-    if (observer_) observer_({now, pictures, tracker_, own_counters_});
+    if (observer_) observer_({now, pictures, arrived_, tracker_, own_counters_});
   }
 
   void robots_run(bool run) override { robots_run_ = run; }
@@ -120,7 +121,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   cv::Mat newest(std::size_t number, hal::LabTime now) {
     Eye& eye = eyes_[number];
     cv::Mat picture = eye.feed->newest();
-    const hal::LabTime taken = now - eye.feed->arrival().age - eye.latency;
+    const hal::LabTime arrived = now - eye.feed->arrival().age, taken = arrived - eye.latency;
     const tracker::Lens& lens = tracker_.calibration(number)->data().lens;
     const bool other_size = !picture.empty() && (picture.cols != lens.width_px || picture.rows != lens.height_px);
     if (!picture.empty()) eye.other_size = other_size;
@@ -146,6 +147,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       return {};
     }
     eye.taken = std::max(eye.taken, taken);
+    arrived_[number] = arrived;
     using Verdict = tracker::HungCamera::Verdict;
     const Verdict verdict = eye.still.look(eye.taken, picture, robots_run_ || names_->question());
     if (verdict != Verdict::changed) own_counters_.add("camera.same_picture");
@@ -199,6 +201,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
   }
 
   std::vector<Eye> eyes_;
+  std::vector<hal::LabTime> arrived_;  // see Look
   tracker::TableTracker tracker_;
   std::unique_ptr<tracker::NameKeeper> names_;
   Observer observer_;

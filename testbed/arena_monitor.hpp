@@ -21,6 +21,7 @@ namespace arkmesh::testbed {
 struct Look {
   hal::LabTime now{0};
   std::span<const cv::Mat> pictures;
+  std::span<const hal::LabTime> arrived;  // of each camera's last picture, by the time of looks
   const tracker::TableTracker& tracker;
   hal::Counters& counters;  // among which who watches may keep totals of its own
 };

@@ -31,7 +31,9 @@ std::unique_ptr<hal::Arena> make(const hal::Section& arena, const hal::ArenaRequ
   }
   auto names = request.set_up ? std::make_unique<UnnamedTracks>() : nullptr;
   UnnamedTracks* const tracks = names.get();
-  auto eyes = make_arena_monitor(settings, recorded(make_viewers(settings, request), record),
+  Observer observer = make_viewers(settings, request);
+  if (tracks) observer = tracks->observer(std::move(observer));
+  auto eyes = make_arena_monitor(settings, recorded(std::move(observer), record),
                                  recorded(tracker::open_camera, record), std::move(names));
   auto made =
       recorded(hal::kilobot::make_kilobot_arena(settings.arena, std::move(eyes), std::move(stream), guard), record);

@@ -35,6 +35,11 @@ void SetUpArena::run() {
   for (int i = 0; i < pictures_to_begin; ++i) next_picture({});
 }
 
+void SetUpArena::wait(hal::LabTime span) {
+  now_ += span;
+  hal::advance(*arena_, now_);
+}
+
 std::span<const tracker::Track> SetUpArena::next_picture(const std::optional<tracker::Question>& question) {
   const hal::LabTime end = now_ + info().frame_period;
   if (tracks_) {

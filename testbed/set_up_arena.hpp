@@ -30,6 +30,9 @@ class SetUpArena {
   double seconds() const { return static_cast<double>(now_.count()) * 1e-6; }
   // Lets robots that wait begin, and what they showed before pass.
   void run();
+  // Null where there are no cameras.
+  const Tracks* tracks() const { return tracks_; }
+  void wait(hal::LabTime span);
   // Lets time pass until the next picture; `question` is on the air meanwhile. The tracks stay until the next call.
   std::span<const tracker::Track> next_picture(const std::optional<tracker::Question>& question);
   // See Tracks; a simulated arena has no doubts.

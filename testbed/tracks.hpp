@@ -9,13 +9,22 @@
 #include <vector>
 
 #include "hal/arenas/arena.hpp"
+#include "testbed/arena_monitor.hpp"
 #include "tracker/identity/name_keeper.hpp"
 
 namespace arkmesh::testbed {
 
+// What the cameras gave at the last look, each as in Look; before the first nothing.
+struct LastLook {
+  hal::LabTime now{-1};
+  std::vector<cv::Mat> pictures;
+  std::vector<hal::LabTime> arrived;
+};
+
 class Tracks {
  public:
   virtual ~Tracks() = default;
+  virtual const LastLook& last_look() const = 0;
   // Of the newest pictures. Their numbers say nothing of ids.
   virtual std::span<const tracker::Track> tracks() const = 0;
   // What all robots hear over and over, from the next pictures on.
@@ -29,6 +38,14 @@ class Tracks {
 // Stands where names are found out and leaves that to a set-up procedure. Pose frames hold nobody.
 class UnnamedTracks final : public tracker::NameKeeper, public Tracks {
  public:
+  // `next`, which may be empty, hears of each look after this.
+  Observer observer(Observer next) {
+    return [this, next = std::move(next)](const Look& look) {
+      last_look_ = {look.now, {look.pictures.begin(), look.pictures.end()}, {look.arrived.begin(), look.arrived.end()}};
+      if (next) next(look);
+    };
+  }
+  const LastLook& last_look() const override { return last_look_; }
   std::span<const tracker::Track> tracks() const override { return tracks_; }
   void ask(const std::optional<tracker::Question>& question) override { question_ = question; }
   void name(tracker::TrackNumber track, hal::RobotId robot) override { namings_.push_back({track, robot, 1}); }
@@ -46,6 +63,7 @@ class UnnamedTracks final : public tracker::NameKeeper, public Tracks {
   const hal::Counters& counters() const override { return counters_; }
 
  private:
+  LastLook last_look_;
   std::vector<tracker::Track> tracks_;
   std::optional<tracker::Question> question_;
   std::vector<tracker::Naming> namings_;
