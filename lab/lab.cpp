@@ -69,9 +69,17 @@ const std::vector<std::int64_t>& Lab::initial_field(std::string_view lab, std::s
 }
 
 hal::RandomStream& Lab::random(std::string_view purpose) {
-  if (const auto it = data_.streams.find(purpose); it != data_.streams.end()) return it->second;
-  hal::RandomStream stream(data_.seed, fmt::format("{}/{}", data_.name, purpose));
-  return data_.streams.emplace(std::string(purpose), stream).first->second;
+  return stream(purpose, data_.name, purpose);
+}
+
+hal::RandomStream& Lab::common_random(std::string_view purpose) {
+  return stream("/" + std::string(purpose), "", purpose);
+}
+
+hal::RandomStream& Lab::stream(std::string_view key, std::string_view lab, std::string_view purpose) {
+  if (const auto it = data_.streams.find(key); it != data_.streams.end()) return it->second;
+  hal::RandomStream stream(data_.seed, fmt::format("{}/{}", lab, purpose));
+  return data_.streams.emplace(std::string(key), stream).first->second;
 }
 
 }  // namespace arkmesh::lab

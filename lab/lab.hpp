@@ -94,6 +94,9 @@ class Lab {
   void parameters(const hal::WholeMessage& message) { data_.parameters.push_back(message); }
   // The stream "<lab>/<purpose>"; the reference stays good.
   hal::RandomStream& random(std::string_view purpose);
+  // The stream "/<purpose>", which has the same numbers in all labs, for those that draw alike; the reference stays
+  // good.
+  hal::RandomStream& common_random(std::string_view purpose);
 
   // --- telling people ---
   // A row of `table`.csv in the run folder; `header` is the comma-separated first line, the same for all rows. Throws
@@ -122,6 +125,7 @@ class Lab {
  private:
   using States = std::map<std::string, KeptState, std::less<>>;
   const LabState& merged(const States& states, std::string_view lab) const;
+  hal::RandomStream& stream(std::string_view key, std::string_view lab, std::string_view purpose);
   void drawn(std::string_view refused) {
     if (!refused.empty()) data_.counts.add("overlay.refused." + std::string(refused));
   }

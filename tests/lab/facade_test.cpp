@@ -109,6 +109,16 @@ TEST_CASE("a random stream is named lab/purpose and stays where it is") {
   CHECK(stream.count() == 1);
 }
 
+TEST_CASE("a common random stream is the same in all labs, and another than each lab's own") {
+  Asked a, b;
+  b.data.name = "b";
+  const auto common = a.lab.common_random("sites").next();
+  CHECK(b.lab.common_random("sites").next() == common);
+  CHECK(a.lab.common_random("sites").next() != common);  // it goes on
+  CHECK(a.lab.random("sites").next() != common);
+  CHECK(a.lab.random("sites").next() != b.lab.random("sites").next());
+}
+
 TEST_CASE("what a scenario draws is shown until the next boundary, and what cannot be drawn is counted") {
   // Five kinds of shapes; a boundary takes them away, and viewers are told so once.
   Asked asked;
