@@ -8,7 +8,7 @@ void __attribute__((noinline)) damage(int at) {
   volatile uint32_t* four = (volatile uint32_t*)room;
   if (at % 3 == 0) one[at / 3] = at;
   if (at % 3 == 1) two[at / 3] = at;
-  if (at % 3 == 2) four[at / 3] = at * 0x01010101UL;
+  if (at % 3 == 2) four[at / 3] = 0;
   set_motors(kilo_straight_left, kilo_straight_right);
 }
 void setup() {}
