@@ -42,7 +42,7 @@ void LabProcess::refuse_neighbours() {
     if (!talker.is_gateway && talker.number != lab_.run_id()) other = talker.lab;
   });
   for (const TimePoint until = time_.now() + neighbours_speak_within; other.empty() && time_.now() < until;)
-    time_.wait_for_anything(until);
+    time_.wait_for_anything(std::min(until, time_.now() + 50ms)), lab_.arena().serve();
   if (!other.empty())
     throw hal::ConfigError(fmt::format(
         "{}: bus.url = \"{}\": another lab process ('{}') is on this LCM port; give each lab a port of its own",

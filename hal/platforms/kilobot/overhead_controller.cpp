@@ -15,7 +15,11 @@ using Kind = FleetCommand::Kind;
 constexpr int stops_for_sure = 3;  // where the line may spoil one
 // A robot that was out of reach walks for so long at most; the rest of the airtime is others'.
 constexpr microseconds pause_again_after{3'000'000}, pause_again_for{200'000};
-constexpr microseconds urged_again_after{500'000};  // half of the airtime stays for questions and messages
+// Robots that walk although they were told to stand: half of the airtime at first, for a line that spoils packets. A
+// line that takes bytes and brings none passes them on later, at its own speed, and robots hear the last of them: so
+// after some tries little is said, and until the robots were seen to stand nothing else.
+constexpr microseconds urged_again_after{500'000}, urged_later_after{2'000'000}, walks_until_seen{1'500'000};
+constexpr int urged_at_length = 2;
 
 // Gives the words that are for robots in the list to nobody. Returns for whom they were.
 std::vector<RobotId> blank(MessageRegisters::Outgoing& outgoing, const WordLayout& layout,
@@ -81,9 +85,12 @@ void OverheadController::command(const FleetCommand& command) {
   }
   registers_.put(command);
   if (command.kind == Kind::broadcast) return;
+  ran_ = wanted_ == Kind::run;
   wanted_ = command.kind == Kind::reset ? Kind::pause : command.kind;
   said_since_.reset();
   urged_ = false;
+  urges_ = 0;
+  walking_until_ = {};
   cut_ = makes_stand(command);
 }
 
@@ -101,8 +108,9 @@ NotHeard OverheadController::not_heard() {
 
 void OverheadController::urge(TimePoint now) {
   if (wanted_ != Kind::pause || !said_since_) return;
-  urged_ = true;
-  again_at_ = std::min(again_at_, now + urged_again_after);
+  walking_until_ = now + walks_until_seen;
+  urged_ = urges_ < urged_at_length;
+  again_at_ = std::min(again_at_, now + (urged_ ? urged_again_after : urged_later_after));
 }
 
 void OverheadController::withhold(std::span<const RobotId> robots, TimePoint now) {
@@ -131,7 +139,7 @@ void OverheadController::poll(TimePoint now) {
   repeat_word(now);
   if (send_command(now)) return;
   // the question and the composites take turns; a question that stands alone is repeated by the controller itself
-  const bool wants_composite = !held_ && (composite_ || registers_.has_waiting());
+  const bool wants_composite = !held_ && now >= walking_until_ && (composite_ || registers_.has_waiting());
   if (question_ && (asked_ != question_ || !wants_composite) && send_question(now)) return;
   if (wants_composite && send_composite(now)) return;
   if (!question_) send_stop(now);
@@ -205,6 +213,7 @@ microseconds OverheadController::length_of(const FleetCommand& command) const {
 void OverheadController::repeat_word(TimePoint now) {
   if (wanted_ != Kind::pause || !said_since_ || now < again_at_ || commands_.has_word()) return;
   commands_.put_first({.kind = Kind::pause});
+  if (now < walking_until_) ++urges_;
   repeated_ = true;
   counters_.add("fleet_command.said_again");
 }
@@ -233,7 +242,9 @@ void OverheadController::end_command(TimePoint now) {
   repeated_ = urged_ = false;
   again_at_ = now + (kind == Kind::reset ? microseconds{0} : pause_again_after);
   asleep_ = asleep_ && kind == Kind::sleep;
-  if (!said_since_ && !commands_.has_word()) said_since_ = now;
+  if (said_since_ || commands_.has_word()) return;
+  said_since_ = now;
+  if (wanted_ == Kind::pause && ran_) walking_until_ = now + walks_until_seen;  // nobody has looked yet
 }
 
 // By turns a stop and the command, until it has been on the air for as long as it should.

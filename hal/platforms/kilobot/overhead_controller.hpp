@@ -73,7 +73,8 @@ class OverheadController final : public RobotLink {
   std::optional<FleetCommand::Kind> wanted() const { return wanted_; }
   // Since when what is wanted has been said, for as long as it is to be repeated; nothing: not yet.
   std::optional<TimePoint> said_since() const { return said_since_; }
-  // Somebody was seen not to do what is wanted: `pause` is said again soon, and at length.
+  // Somebody was seen not to do what is wanted: `pause` is said again soon, at first at length, and messages for single
+  // robots wait until nobody was urged for 1.5 s, likewise behind the word that ends a run.
   void urge(TimePoint now);
   // Somebody else told the robots to stand, and the line is about to be lost: when it is back they are told so again,
   // and then what is wanted.
@@ -119,9 +120,11 @@ class OverheadController final : public RobotLink {
   std::optional<OnAir> on_air_command_;
   std::optional<FleetCommand::Kind> wanted_;
   std::optional<TimePoint> said_since_;
-  TimePoint again_at_{};                   // when a `pause` that stands is said again
-  bool urged_ = false, repeated_ = false;  // at length; the word that is on the air was said before
-  bool asleep_ = false;                    // robots may be, since they were told to and until they were woken
+  TimePoint again_at_{}, walking_until_{};  // when a `pause` that stands is said again; until when others wait for it
+  bool ran_ = false;                        // robots were to run before the word that is wanted
+  int urges_ = 0;                           // how often it was said to robots that walked
+  bool urged_ = false, repeated_ = false;   // at length; the word that is on the air was said before
+  bool asleep_ = false;                     // robots may be, since they were told to and until they were woken
   bool pause_first_ = false;
   bool cut_ = false;  // what is on the air must make way for a word
   std::optional<Message> question_;
