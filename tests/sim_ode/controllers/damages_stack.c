@@ -1,4 +1,4 @@
-/* Each robot from id 4 on writes one value beyond an array on its stack: one, two or four bytes, as far up as its id. */
+/* Each robot from id 300 on writes one value beyond an array on its stack: one, two or four bytes, as far up as its id. */
 #include <kilolib.h>
 
 void __attribute__((noinline)) damage(int at) {
@@ -14,7 +14,7 @@ void __attribute__((noinline)) damage(int at) {
 void setup() {}
 void loop() {
   set_motors(kilo_straight_left, kilo_straight_right);
-  if (kilo_ticks > 40 && kilo_uid > 3) damage(kilo_uid);
+  if (kilo_ticks > 40 && kilo_uid > 299) damage(kilo_uid);
 }
 int main() {
   kilo_init();
