@@ -15,6 +15,7 @@
 #include <fstream>
 #include <optional>
 #include <random>
+#include <set>
 #include <stdexcept>
 #include <string_view>
 #include <thread>
@@ -48,15 +49,16 @@ Local::endpoint new_door(const std::filesystem::path& file) {
   return std::string(1, '\0') + fmt::format("{}{:08x}{:08x}{}", begin_of_names, device(), device(), end_of_names(file));
 }
 
-std::vector<Local::endpoint> doors_of(const std::filesystem::path& file) {
+// Each once: those that are joined with a door have its name, too.
+std::set<Local::endpoint> doors_of(const std::filesystem::path& file) {
   const std::string end = end_of_names(file);
   std::ifstream sockets("/proc/net/unix");
-  std::vector<Local::endpoint> doors;
+  std::set<Local::endpoint> doors;
   for (std::string line; std::getline(sockets, line);) {
     const auto name = line.find('@' + std::string(begin_of_names));
     if (name == std::string::npos || line.substr(std::min(line.size(), name + 1 + begin_of_names.size() + 16)) != end)
       continue;
-    doors.emplace_back(std::string(1, '\0') + line.substr(name + 1));
+    doors.emplace(std::string(1, '\0') + line.substr(name + 1));
   }
   return doors;
 }
@@ -103,7 +105,7 @@ std::vector<std::string> reload_gateways(const std::filesystem::path& file) {
   asio::io_context io;
   std::vector<Local::socket> gateways;
   // A door that is full, its own or one that others made, is tried again beside all others.
-  std::vector<Local::endpoint> full = doors_of(file);
+  std::set<Local::endpoint> full = doors_of(file);
   for (const auto until = Clock::now() + connects_within; !full.empty() && Clock::now() < until;) {
     std::erase_if(full, [&](const Local::endpoint& door) {
       Local::socket gateway(io, Local());

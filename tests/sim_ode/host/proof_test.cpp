@@ -44,7 +44,7 @@ sim_ode::Proof proof_of(const std::filesystem::path& program, int robots, double
 TEST_CASE("a proof without a robot is refused, for nothing was compared") {
   if (!can_prove()) return;
   CHECK_THROWS_WITH(sim_ode::prove_program(programs_folder() / "differs" / "same.c", sim_ode::TurnLog(0)),
-                    "the emulator ran no robot, so nothing was compared");
+                    "no robot ran, so nothing was compared");
 }
 
 TEST_CASE("each cause of a difference is found, with its line and what it does to an output") {
