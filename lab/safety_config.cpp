@@ -10,7 +10,7 @@ void SafetyConfig::fields(const hal::Section& safety) {
   safety.field(
       "commands_from", commands_from,
       {.help = "labs whose operators may pause robots here and end the run, and resume while this lab is armed "
-               "(arkmesh arm)"});
+               "(arkmesh arm); \"*\": all of shared.labs"});
   safety.field("commands_per_s", commands_per_s,
                {.range = {0.001, 100}, .unit = "1/s", .help = "times that each of these labs may resume, at most"});
   safety.field(
@@ -41,8 +41,11 @@ bool stand(std::span<const hal::NotStanding> not_seen_to, std::size_t may_be_mis
   return std::ranges::all_of(not_seen_to, is_unnamed) && not_seen_to.size() <= may_be_missing;
 }
 
-void SafetyConfig::check(const hal::Section& safety, const std::string& lab,
-                         const std::vector<std::string>& labs) const {
+void SafetyConfig::check(const hal::Section& safety, const std::string& lab, const std::vector<std::string>& labs) {
+  if (commands_from == std::vector<std::string>{"*"}) {
+    commands_from = labs;
+    std::erase(commands_from, lab);
+  }
   for (const std::string& peer : commands_from) {
     if (peer == lab) safety.refuse("commands_from", "names this lab itself; its own operator may always");
     if (std::ranges::find(labs, peer) == labs.end())

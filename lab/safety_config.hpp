@@ -25,8 +25,8 @@ struct SafetyConfig {
   std::size_t may_be_missing(std::size_t robots) const;
 
   void fields(const hal::Section& safety);
-  // `labs`: shared.labs, `lab` included.
-  void check(const hal::Section& safety, const std::string& lab, const std::vector<std::string>& labs) const;
+  // `labs`: shared.labs, `lab` included. From then on commands_from names them one by one.
+  void check(const hal::Section& safety, const std::string& lab, const std::vector<std::string>& labs);
 };
 
 // Robots that should stand were seen to, but for at most so many that no camera ever saw and named.

@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -14,6 +15,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -24,14 +26,17 @@
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "gateway/address.hpp"
+#include "gateway/config.hpp"
 #include "hal/arenas/messages.hpp"
 #include "hal/bus/bus.hpp"
 #include "hal/bus/bus_config.hpp"
+#include "hal/bus/participants.hpp"
 #include "hal/bus/sender.hpp"
 #include "hal/child_process.hpp"
 #include "hal/handle.hpp"
 #include "hal/on_loop.hpp"
 #include "hal/time/loop_time.hpp"
+#include "lab/operator/operator_message.hpp"
 
 namespace arkmesh::app {
 namespace {
@@ -127,6 +132,7 @@ std::optional<std::string> sender(std::span<const std::byte> bytes) {
 // Who talks on a bus: labs, and labs whose gateway does.
 struct Heard {
   std::set<std::string> labs, gateways;
+  std::map<std::string, lab_status_t> others;  // by lab, through the own gateway
 };
 
 // Listens for a second and a half; labs and gateways speak at least once a second.
@@ -139,6 +145,10 @@ Heard listen_on(hal::Bus& bus) {
   };
   const auto status = bus.subscribe(hal::channel::status, hear), peers = bus.subscribe(hal::channel::peers, hear),
              world = bus.subscribe(hal::channel::world, hear);
+  const auto others = bus.subscribe("[^/]+/status", [&](std::string_view channel, std::span<const std::byte> bytes) {
+    if (lab_status_t m; hal::read_message(bytes, m).empty())
+      heard.others.insert_or_assign(std::string(channel.substr(0, channel.find('/'))), m);
+  });
   hal::EventLoop loop;
   const hal::Readable heard_any(loop, bus.descriptor(), [&] { bus.drain(); });
   hal::LoopTime time(loop);
@@ -168,6 +178,32 @@ Finding listening(const std::string& where, bool gateway_is_running) {
                                         : fmt::format("cannot listen there: {}", std::strerror(errno));
   finding.remedy = fmt::format("see who has it with: ss -ltnp 'sport = :{}'; or choose another port in gateway.listen",
                                there.port());
+  return finding;
+}
+
+// Which of the other labs will not obey when this lab's operator stops all.
+Finding stop_of_all(const hal::Section& root, const hal::Participants& shared, const Heard& heard) {
+  Finding finding{"STOP of all labs", "", "docs/security.md, Operators of other labs, says what each file needs"};
+  const auto problem = [&](const std::string& text) {
+    finding.problem += (finding.problem.empty() ? "" : "; ") + text;
+  };
+  std::vector<std::string> unknown;
+  for (const std::string& lab : shared.labs) {
+    if (lab == shared.lab) continue;
+    if (const auto other = heard.others.find(lab); other == heard.others.end())
+      unknown.push_back(lab);
+    else if (!lab::obeys(other->second, shared.lab))
+      problem(lab::not_obeyed(lab, shared.lab));
+  }
+  try {
+    const auto rules = gateway::read_gateway_config(root.section("gateway"), shared.lab, shared.labs).rules;
+    for (const std::string& lab : shared.labs)
+      if (lab != shared.lab && !rules.passing(gateway::Direction::exports, lab::operator_channel, lab))
+        problem(fmt::format("gateway.ordered does not pass {} on to {}", lab::operator_channel, lab));
+  } catch (const hal::ConfigError&) {  // another finding says what is wrong with the gateway
+  }
+  if (!unknown.empty())
+    finding.what += fmt::format(" (not heard, so it is not known of: {})", fmt::join(unknown, ", "));
   return finding;
 }
 
@@ -237,6 +273,8 @@ std::vector<hal::Finding> lab_ports(const hal::Section& root, bool multicast_wor
       finding.problem = error.what();
     }
   }
+  if (const auto shared = root.read<hal::Participants>(); shared.labs.size() > 1)
+    findings.push_back(stop_of_all(root, shared, heard));
   if (!listen.empty()) findings.push_back(listening(listen, heard.gateways.contains(lab)));
   return findings;
 }

@@ -203,6 +203,16 @@ LiveView::LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::S
     spdlog::info("TCP port {} is taken; the page is at {}", config.port, server_.port());
   for (std::size_t i = 0; i < labs_.size(); ++i)
     eyes_.push_back(std::make_unique<Eye>(loop, server_, static_cast<int>(i), *labs_[i]));
+  // People know beforehand whom STOP of all labs passes by.
+  statuses_ = labs_.front()->bus().subscribe("[^/]+/status", [this](std::string_view channel, auto bytes) {
+    const std::string lab(channel.substr(0, channel.find('/'))), &own = labs_.front()->name();
+    lab_status_t status;
+    if (!is_elsewhere(lab) || !hal::read_message(bytes, status).empty()) return;
+    const bool obeys = lab::obeys(status, own);
+    if (std::exchange(obeys_.try_emplace(lab, true).first->second, obeys) == obeys) return;
+    eyes_.front()->tell(obeys ? fmt::format("{} obeys the operator of {} now", lab, own)
+                              : "STOP of all labs does not reach all: " + lab::not_obeyed(lab, own));
+  });
 }
 
 LiveView::~LiveView() {
@@ -249,11 +259,17 @@ void LiveView::request(const json& what, view::Answer& answer) {
   answer.refuse("This lab runs now; what it did before is in its run folder: arkmesh view FOLDER.");
 }
 
+// One of the shared world that another process runs.
+bool LiveView::is_elsewhere(const std::string& lab) const {
+  const lab::RunConfig& config = labs_.front()->config();
+  return std::ranges::count(config.labs, lab) > 0 && std::ranges::count(config.absent, lab) == 0 &&
+         std::ranges::find(labs_, lab, &ConfiguredLab::name) == labs_.end();
+}
+
 void LiveView::tell_others(std::string_view word) {
   const ConfiguredLab& own = *labs_.front();
   for (const std::string& lab : own.config().labs) {
-    const bool is_here = std::ranges::find(labs_, lab, &ConfiguredLab::name) != labs_.end();
-    if (is_here || std::ranges::count(own.config().absent, lab) > 0 || told_.size() >= max_told) continue;
+    if (!is_elsewhere(lab) || told_.size() >= max_told) continue;
     try {
       told_.emplace_back(lab::to_tell(lab, word, own.file(),
                                       {"bus.url=" + json(own.bus_config().url).dump(),

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <list>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "app/configured_lab.hpp"
+#include "hal/bus/bus.hpp"
 #include "hal/child_process.hpp"
 #include "hal/event_loop.hpp"
 #include "hal/time/loop_time.hpp"
@@ -52,6 +54,7 @@ class LiveView final : public view::Desk, public hal::Counting {
   std::string perform(const nlohmann::json& what, std::uint8_t command);
   void to_emulator(const nlohmann::json& what, view::Answer& answer);
   std::size_t lab_of(const nlohmann::json& what) const;
+  bool is_elsewhere(const std::string& lab) const;
   void tell_others(std::string_view word);
   void hear_others();
 
@@ -67,6 +70,8 @@ class LiveView final : public view::Desk, public hal::Counting {
     std::string said;
   };
   std::list<Told> told_;
+  std::map<std::string, bool, std::less<>> obeys_;  // labs of other processes, as they say: this one's operator
+  std::unique_ptr<hal::Bus::Subscription> statuses_;
 };
 
 }  // namespace arkmesh::app

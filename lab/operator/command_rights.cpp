@@ -141,6 +141,7 @@ hal::Counters CommandRights::counters() const {
   hal::Counters all;
   if (givers_.size() > 1) all.set("operator.armed", armed_ ? 1 : 0);
   for (const auto& [peer, giver] : givers_) {
+    if (!peer.empty()) all.set(std::string(obeys_counter) + peer, 1);
     if (giver.admitted == 0) continue;
     const std::string whose = peer.empty() ? "" : "." + peer;
     all.set("operator.commands" + whose, giver.admitted);

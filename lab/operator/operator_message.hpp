@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
 #include "hal/child_process.hpp"
 #include "hal/files/own_files.hpp"
@@ -18,9 +19,16 @@ inline const std::string operator_channel = "operator_command";
 // How far the number of a command may be above the newest one. Who gives one takes any of them by chance, so that two
 // operators do not take the same.
 inline constexpr std::int64_t number_window = 1000;
+// In a lab's status, before the name of each lab whose operator it obeys.
+inline constexpr std::string_view obeys_counter = "operator.obeys.";
 
 // The bytes that its proof is made of.
 std::vector<std::uint8_t> proved_bytes(operator_command_t message);
+
+// Whether the lab whose status this is obeys the operator of `lab`; and why STOP of all labs passes it by, when it does
+// not.
+bool obeys(const lab_status_t& status, std::string_view lab);
+std::string not_obeyed(std::string_view by, std::string_view lab);
 
 // A process of this program that tells another lab and says what came of it: `arkmesh WORD --at LAB FILE`, with the own
 // lab's file and KEY=VALUE that count before what is in it.

@@ -165,7 +165,7 @@ TEST_CASE("an operator pauses another lab that names it, and resumes it while it
        .by_lab = {{"shark",
                    {keys_of("shark"), "safety.commands_from=[\"roark\"]",
                     "gateway.imports=[\"world\",\"status\",\"operator_command\"]"}},
-                  {"roark", {keys_of("roark")}}}});
+                  {"roark", {keys_of("roark"), "safety.commands_from=[]"}}}});
   labs.start();
   REQUIRE(labs.reached("shark", 1, 300s));
   const tests::TemporaryFolder folder;
