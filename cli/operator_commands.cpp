@@ -98,13 +98,15 @@ std::runtime_error no_lab(const std::string& where, const OperatorWord& word, co
 
 // "Done" is said of robots that were seen to stand only.
 void tell(const OperatorWord& word, lab::RunningLab& lab, const Prove& prove, const BusOptions& options) {
-  if (lab.is_over()) throw std::runtime_error(fmt::format("{} has ended already: {}", lab.name(), lab.state()));
-  const std::string why = lab.tell(word.command, prove);
-  if (!why.empty()) {
+  // Who ends because a peer was stopped is stopped, too.
+  const bool ends = word.command == operator_command_t::stop;
+  if (lab.is_over() && !ends)
+    throw std::runtime_error(fmt::format("{} has ended already: {}", lab.name(), lab.state()));
+  const std::string why = lab.is_over() ? "" : lab.tell(word.command, prove);
+  if (!why.empty() && !(ends && lab.is_over())) {
     const std::string hung = lab.is_silent() ? options.hung_words() : std::string();
     throw std::runtime_error(hung.empty() ? why : hung);
   }
-  const bool ends = word.command == operator_command_t::stop;
   if (ends && !lab.comes_to(ends_within, [&] { return lab.has_ended(); }))
     throw std::runtime_error(fmt::format("{} was told to end, but has not said within {} s that it did", lab.name(),
                                          std::chrono::seconds(ends_within).count()));
