@@ -26,7 +26,6 @@
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "gateway/address.hpp"
-#include "gateway/config.hpp"
 #include "hal/arenas/messages.hpp"
 #include "hal/bus/bus.hpp"
 #include "hal/bus/bus_config.hpp"
@@ -182,7 +181,7 @@ Finding listening(const std::string& where, bool gateway_is_running) {
 }
 
 // Which of the other labs will not obey when this lab's operator stops all.
-Finding stop_of_all(const hal::Section& root, const hal::Participants& shared, const Heard& heard) {
+Finding stop_of_all(const hal::Participants& shared, const Heard& heard) {
   Finding finding{"STOP of all labs", "", "docs/security.md, Operators of other labs, says what each file needs"};
   const auto problem = [&](const std::string& text) {
     finding.problem += (finding.problem.empty() ? "" : "; ") + text;
@@ -194,13 +193,6 @@ Finding stop_of_all(const hal::Section& root, const hal::Participants& shared, c
       unknown.push_back(lab);
     else if (!lab::obeys(other->second, shared.lab))
       problem(lab::not_obeyed(lab, shared.lab));
-  }
-  try {
-    const auto rules = gateway::read_gateway_config(root.section("gateway"), shared.lab, shared.labs).rules;
-    for (const std::string& lab : shared.labs)
-      if (lab != shared.lab && !rules.passing(gateway::Direction::exports, lab::operator_channel, lab))
-        problem(fmt::format("gateway.ordered does not pass {} on to {}", lab::operator_channel, lab));
-  } catch (const hal::ConfigError&) {  // another finding says what is wrong with the gateway
   }
   if (!unknown.empty())
     finding.what += fmt::format(" (not heard, so it is not known of: {})", fmt::join(unknown, ", "));
@@ -274,7 +266,7 @@ std::vector<hal::Finding> lab_ports(const hal::Section& root, bool multicast_wor
     }
   }
   if (const auto shared = root.read<hal::Participants>(); shared.labs.size() > 1)
-    findings.push_back(stop_of_all(root, shared, heard));
+    findings.push_back(stop_of_all(shared, heard));
   if (!listen.empty()) findings.push_back(listening(listen, heard.gateways.contains(lab)));
   return findings;
 }
