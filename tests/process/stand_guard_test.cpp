@@ -117,7 +117,7 @@ TEST_CASE("robots stand as soon as a lab listens, and are told to when it is kil
     return std::any_of(first, last, [&](const auto& row) { return row.second != first->second; });
   };
   const double listens_s = latest();
-  CHECK(turned(listens_s - 3, listens_s - 1));
+  CHECK(turned(listens_s - 6, listens_s - 1));
   CHECK_FALSE(turned(listens_s + 6, listens_s + 8));  // what the file holds lags
 
   lab.kill();
