@@ -41,8 +41,10 @@ void LabProcess::refuse_neighbours() {
   const hal::NeighbourDetector detector(public_bus_, [&](const hal::Talker& talker) {
     if (!talker.is_gateway && talker.number != lab_.run_id()) other = talker.lab;
   });
-  for (const TimePoint until = time_.now() + neighbours_speak_within; other.empty() && time_.now() < until;)
-    time_.wait_for_anything(std::min(until, time_.now() + 50ms)), lab_.arena().serve();
+  for (const TimePoint until = time_.now() + neighbours_speak_within; other.empty() && time_.now() < until;) {
+    time_.wait_for_anything(std::min(until, time_.now() + 50ms));
+    lab_.arena().serve();  // who watches over it sees that the lab lives
+  }
   if (!other.empty())
     throw hal::ConfigError(fmt::format(
         "{}: bus.url = \"{}\": another lab process ('{}') is on this LCM port; give each lab a port of its own",

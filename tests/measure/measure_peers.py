@@ -14,7 +14,6 @@ import time
 from lab_processes import PROGRAM, ROOT, Failed
 from measure_simulator import commit, machine
 from measure_testbed import lines_of
-
 from pages import write_between
 
 KILOMBO = os.environ.get("ARKMESH_KILOMBO", "")

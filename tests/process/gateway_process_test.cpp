@@ -287,7 +287,12 @@ TEST_CASE("of two gateways of a lab started together one stays") {
     CHECK(eventually(300s, [&] { return one.running() != other.running(); }));
     Process& last = one.running() ? one : other;
     CHECK(says(last, "listening"));
-    CHECK((one.running() ? other : one).wait(300s) != 0);
+    Process& first = one.running() ? other : one;
+    const int code = first.wait(300s).value_or(-1);
+    CAPTURE(code);
+    const std::string said = first.output();
+    CAPTURE(said);
+    CHECK((code == 2 || said.find("is in use by another program") != std::string::npos));  // it may see the port first
     CHECK(last.running());
   }
 }

@@ -85,7 +85,6 @@ class Reader {
   void begin(const std::string& function) {
     function_ = function;
     std::erase_if(readings_, [&](const std::string& name) { return types_.count(name) > 0; });  // those of the last one
-    std::erase_if(byte_names_, [&](const std::string& name) { return types_.count(name) > 0; });
     types_.clear();
     bytes_.clear(), shifted_.clear(), copies_.clear(), sums_.clear(), one_more_.clear();
   }
@@ -135,7 +134,7 @@ class Reader {
       readings_.insert(s.to);
     } else if (std::regex_match(s.from, part, cast)) {
       const std::string from = part[2], wanted = part[1];
-      if (byte_type(type_of(from)) || byte_names_.count(from) > 0) bytes_.insert(s.to);
+      if (byte_type(type_of(from))) bytes_.insert(s.to);
       if (readings_.count(from) > 0) readings_.insert(s.to);
       if (shifted_.count(from) > 0 && !unsigned_16(wanted)) {
         if (signed_16(wanted))
@@ -149,7 +148,6 @@ class Reader {
     } else if (std::regex_match(s.from, part, sum)) {
       add(s, part[1], part[2].str()[0], part[3], type);
     } else if (std::regex_match(s.from, name)) {
-      if (byte_type(type)) byte_names_.insert(s.to);
       if (readings_.count(s.from) > 0) readings_.insert(s.to);
       if (shifted_.count(s.from) > 0) is_temporary(s.to) ? void(shifted_.insert(s.to)) : tell_shift(s.place);
       if (const auto one = one_more_.find(s.from);
@@ -202,7 +200,7 @@ class Reader {
 
   std::string function_, loop_ = "loop";
   std::map<std::string, std::string> types_, copies_, sums_, one_more_;  // of one function; copies and sums: of what
-  std::set<std::string> bytes_, shifted_, readings_, byte_names_, reads_clock_;
+  std::set<std::string> bytes_, shifted_, readings_, reads_clock_;
   std::multimap<std::string, std::string> calls_;
   std::map<std::string, std::pair<std::string, std::string>> counted_;  // {what: {function, place}}
   std::map<std::string, long> limits_;
