@@ -187,6 +187,7 @@ void add_batch_command(CLI::App* command) {
   plot->needs(over)->excludes(index)->excludes(slurm);
   command->add_option("--by", options->plot.by, "A line or a group of boxes for each value of this one")->needs(plot);
   command->add_option("--kind", options->plot.kind, "box or line; default: what suits the key")->needs(plot);
+  for (CLI::Option* look : add_looks(command, options->plot.looks)) look->needs(plot);
   command->footer(
       "Examples:\n  arkmesh batch experiments/dhtf/batch.toml\n  arkmesh batch study.toml --seeds 1..5 --out runs/try\n"
       "  arkmesh batch shark.toml roark.toml --seeds 1..20\n"

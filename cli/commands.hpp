@@ -2,9 +2,15 @@
 // another code than 0 by end_with(). And which commands each program runs itself.
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
 #include "cli/program.hpp"
+
+namespace CLI {
+class Option;
+}
 
 namespace arkmesh::hal {
 class Section;
@@ -32,6 +38,8 @@ void add_status_command(CLI::App* command);
 void add_ohc_command(CLI::App* command);
 void add_export_command(CLI::App* command);
 void add_plot_command(CLI::App* command);
+// --width, --xlabel, --ylabel and --title of a figure, into `looks` by these names.
+std::vector<CLI::Option*> add_looks(CLI::App* command, std::map<std::string, std::string>& looks);
 void add_emulator_command(CLI::App* command);
 void add_testbed_command(CLI::App* command);
 void add_track_command(CLI::App* command);

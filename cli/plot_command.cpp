@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@ namespace {
 struct PlotOptions {
   std::vector<std::string> folders, by, series;
   std::string out, at;
+  std::map<std::string, std::string> looks;
   bool curves = false;
 };
 
@@ -27,11 +29,16 @@ void plot(const PlotOptions& options) {
                       !recording::is_run(options.folders.front());
   if (curves && !options.at.empty())
     throw hal::ConfigError("--at is for the picture of one run; curves are drawn over the whole time");
+  for (const char* label : {"xlabel", "ylabel"})
+    if (!curves && !options.looks.at(label).empty())
+      throw hal::ConfigError(fmt::format("--{} is for curves; the picture of an arena has metres on both axes", label));
   std::vector<std::string> words = options.folders;
   for (const std::string& key : options.by) words.insert(words.end(), {"--by", key});
   for (const std::string& name : options.series) words.insert(words.end(), {"--series", name});
   if (!options.at.empty()) words.insert(words.end(), {"--at", options.at});
   if (!options.out.empty()) words.insert(words.end(), {"--out", options.out});
+  for (const auto& [look, value] : options.looks)
+    if (!value.empty()) words.insert(words.end(), {"--" + look, value});
   fmt::print("{}\n", hal::run_script(curves ? "plot_curves" : "plot", words));
 }
 
@@ -53,9 +60,11 @@ void add_plot_command(CLI::App* command) {
   command->add_option(
       "--out", options->out,
       "The picture to write, .png, .jpg, .pdf or .svg; else picture.png or curves.png in the first folder");
+  add_looks(command, options->looks);
   command->footer(
       "Examples:\n  arkmesh plot runs/demo --at 600\n  arkmesh plot runs/monday runs/tuesday --out both.png\n"
       "  arkmesh plot runs/dhtf-batch --by pair --series completed\n"
+      "  arkmesh plot runs/demo --width column --out figure.pdf\n"
       "Curves of several runs are means with their 95 % intervals.");
   command->callback([options] { plot(*options); });
 }

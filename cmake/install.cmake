@@ -21,11 +21,11 @@ install(DIRECTORY scenarios/dhtf/controller DESTINATION ${share}/scenarios/dhtf 
 install(DIRECTORY scenarios/cre/controller DESTINATION ${share}/scenarios/cre COMPONENT lab)
 # What draws runs.
 install(PROGRAMS drawing/draw_swarm drawing/plot_batch drawing/plot drawing/plot_curves drawing/summarise_batch scripts/read_log.py drawing/film DESTINATION ${share} COMPONENT lab)
-install(FILES drawing/intervals.py drawing/picture_file.py drawing/draw_overlay.py drawing/film_frames.py drawing/chromium.py scripts/lab_processes.py view/page/colours.json
+install(FILES drawing/intervals.py drawing/figure_style.py drawing/batch_figure.py drawing/curve_figure.py drawing/run_figure.py drawing/draw_overlay.py drawing/film_frames.py drawing/chromium.py scripts/lab_processes.py view/page/colours.json
   DESTINATION ${share} COMPONENT lab)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/lcmtypes/python/ DESTINATION ${share}/lcmtypes COMPONENT lab)
 # Scenarios in Python, and what `arkmesh scenario new` copies beside the experiment light_up.
-install(DIRECTORY scenarios/python DESTINATION ${share} COMPONENT python FILES_MATCHING PATTERN "*.py")
+install(DIRECTORY scenarios/python DESTINATION ${share} COMPONENT python FILES_MATCHING PATTERN "*.py" PATTERN "py.typed")
 install(FILES scenarios/light_up/light_up.hpp scenarios/light_up/light_up.cpp DESTINATION ${share}/experiments/light_up/cpp COMPONENT lab)
 
 # Headers: what a scenario includes (lab/scenario.hpp, scenarios/*.hpp, scenarios/kit), its test (lab/testing) and its main() (cli/whole_program.hpp), with what those

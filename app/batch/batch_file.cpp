@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 using hal::ConfigEntry;
 
 const std::set<std::string, std::less<>> known_names = {"labs", "seeds", "set", "choices", "sweep", "plot"};
-const std::set<std::string, std::less<>> plot_names = {"column", "over", "by", "kind"};
+const std::set<std::string, std::less<>> plot_names = {"column", "over",  "by",     "kind",
+                                                       "width",  "title", "xlabel", "ylabel"};
 // What a batch says itself.
 // Other columns of the table.
 const std::set<std::string, std::less<>> fixed_columns = {"run", "setting", "seed", "state", "why", "final_hash"};
@@ -168,7 +169,8 @@ class PlanReader {
     (part == "column" ? plot.column
      : part == "over" ? plot.over
      : part == "by"   ? plot.by
-                      : plot.kind) = entry.value.text;
+     : part == "kind" ? plot.kind
+                      : plot.looks[part]) = entry.value.text;
   }
 
   // Two axes of the grid must not set one key.
@@ -205,6 +207,9 @@ void check_plot(const fs::path& file, const BatchPlan& plan, const BatchPlot& pl
     throw hal::ConfigError(fmt::format("{}: a [[plot]] needs column and over", file.string()));
   if (!plot.kind.empty() && plot.kind != "box" && plot.kind != "line")
     throw hal::ConfigError(fmt::format("{}: kind of a [[plot]] is \"box\" or \"line\"", file.string()));
+  if (const auto width = plot.looks.find("width");
+      width != plot.looks.end() && width->second != "column" && width->second != "page")
+    throw hal::ConfigError(fmt::format("{}: width of a [[plot]] is \"column\" or \"page\"", file.string()));
   for (const std::string& key : {plot.over, plot.by})
     if (!key.empty() && std::ranges::find(plan.factors, key, &Factor::name) == plan.factors.end())
       throw hal::ConfigError(

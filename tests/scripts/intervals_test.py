@@ -115,13 +115,13 @@ class Tables(unittest.TestCase):
         self.assertEqual(effects["tasks"]["difference"], "0")
 
     def test_figures_say_what_they_draw(self):
-        """The figure's title names its interval; runs that did not reach it are crosses, and a group of which more than half never did says so."""
+        """The figure names its interval; runs that did not reach it are crosses, and a group of which more than half never did says so."""
         for column, wanted in (("until_half_s", "median (Kaplan-Meier), 95 % interval: 2000 resamples; reached in 14 of 24 runs"),
                                ("agreed", "share, 95 % interval: Wilson")):
             done = self.script("plot_batch", "--column", column, "--over", "told", "--out", self.folder / "a.svg")
             self.assertEqual(done.returncode, 0, done.stderr)
             picture = (self.folder / "a.svg").read_text()
-            self.assertIn(f"<!-- {wanted} -->", picture)
+            self.assertIn(f"<!-- {wanted}; n = ", picture)
             if column == "until_half_s":
                 self.assertIn("<!-- half never -->", picture)
 

@@ -122,7 +122,7 @@ class Scripts(unittest.TestCase):
                    ["plot_batch", self.run_dir, "--column", "completed", "--over", "pair", "--out"]]
         begins = {"png": b"\x89PNG", "jpg": b"\xff\xd8\xff", "JPEG": b"\xff\xd8\xff", "pdf": b"%PDF", "svg": b"<?xml"}
         for name, *words in drawers:
-            for ending, begin in begins.items() if name == "plot" else [("jpg", begins["jpg"])]:  # all draw by picture_file
+            for ending, begin in begins.items() if name == "plot" else [("jpg", begins["jpg"])]:  # all draw by figure_style
                 out = self.run_dir / f"{name}.{ending}"
                 drawn = script(name, *words, out)
                 self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
@@ -141,7 +141,7 @@ class Scripts(unittest.TestCase):
             return re.findall("<!-- (.*) -->", out.read_text())  # matplotlib's note of each text
 
         both = words("plot", self.run_dir, "--out")
-        for said in ("lab time 8 s, period 4, seed 7", "x, metres", "y, metres", "robot of another lab", "walking", "dwelling"):
+        for said in ("lab time 8 s, period 4, seed 7", "x (m)", "y (m)", "robot of another lab", "walking", "dwelling"):
             self.assertIn(said, both)
         alone = self.run_dir.parent / "alone"
         run_folder.make(alone, labs=["shark"])
