@@ -14,8 +14,9 @@ class Release(unittest.TestCase):
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
         self.root = pathlib.Path(scratch.name)
-        for name in ("CMakeLists.txt", "CITATION.cff"):
-            shutil.copy(ROOT / name, self.root)
+        for name in ("CMakeLists.txt", "CITATION.cff", "scenarios/python/arkmesh/__init__.py"):
+            (self.root / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, self.root / name)
         (self.root / "CHANGELOG.md").write_text(CHANGES)
         (self.root / ".gitignore").write_text("build/\n")
         # Stand-ins for what takes hours.
@@ -80,7 +81,7 @@ class Release(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.git("log", "-1", "--format=%s"), "Release 0.2.0")
         self.assertEqual(self.git("rev-parse", "v0.2.0^{commit}"), self.git("rev-parse", "HEAD"))
-        self.assertEqual(self.git("diff", "--name-only", "HEAD~1").split(), ["CHANGELOG.md", "CITATION.cff", "CMakeLists.txt"])
+        self.assertEqual(self.git("diff", "--name-only", "HEAD~1").split(), ["CHANGELOG.md", "CITATION.cff", "CMakeLists.txt", "scenarios/python/arkmesh/__init__.py"])
         self.assertIn("project(arkmesh VERSION 0.2.0 ", (self.root / "CMakeLists.txt").read_text())
         self.assertRegex((self.root / "CITATION.cff").read_text(), r"(?m)^version: 0\.2\.0\ndate-released: \d{4}-\d\d-\d\d$")
         self.assertRegex((self.root / "CHANGELOG.md").read_text(), r"(?m)^## 0\.2\.0, \d{4}-\d\d-\d\d$")

@@ -1,13 +1,17 @@
 """The kit's pieces as a scenario sees them. The lab computes them (scenarios/kit), for C++ and Python alike; their arrays come with
 each frame, one row for each robot of the lab, NaN for robots that were never seen."""
+from __future__ import annotations
+
 import hashlib
 import io
 import json
 import math
 import os
 import sys
+from typing import Any, Optional, Sequence
 
 import numpy
+from numpy.typing import ArrayLike, NDArray
 
 LARGEST_IMAGE = 16 << 20  # bytes
 ALL_LEDS = tuple(range(9))  # 8: unknown
@@ -79,11 +83,11 @@ class Eyes(Piece):
     """What is near in each sector: `distance` (n, sectors) in metres, infinite where nothing is within reach."""
 
     @property
-    def distance(self):
+    def distance(self) -> NDArray[numpy.float64]:
         return numpy.where(self.sensed < 0, numpy.inf, self.sensed)
 
     @property
-    def bits(self):
+    def bits(self) -> NDArray[numpy.int64]:
         """Of each robot, one number: a bit for each sector in which something is near, the first sector's highest."""
         return (self.sensed >= 0) @ (1 << numpy.arange(self.columns - 1, -1, -1))
 
@@ -92,7 +96,7 @@ class Crowd(Piece):
     """`count` (n): how many robots are near each robot."""
 
     @property
-    def count(self):
+    def count(self) -> NDArray[numpy.int64]:
         return self.sensed[:, 0]
 
 
@@ -103,18 +107,18 @@ class Trail(Piece):
     columns = 4
 
     @property
-    def value(self):
+    def value(self) -> NDArray[numpy.float64]:
         return self.sensed[:, 0]
 
     @property
-    def gradient(self):
+    def gradient(self) -> NDArray[numpy.float64]:
         return self.sensed[:, 1:3]
 
     @property
-    def zones(self):
+    def zones(self) -> NDArray[numpy.int64]:
         return numpy.nan_to_num(self.sensed[:, 3]).astype(int)
 
-    def lay(self, who, amount=1.0):
+    def lay(self, who: ArrayLike, amount: ArrayLike = 1.0) -> None:
         """In frame(): the robots `who` (a mask over the rows, or ids) lay so much, one number or one for each of them, where the frame
         has them. All labs have it from the next boundary on."""
         rows, by_ids = self._lab._rows(who)
@@ -135,19 +139,19 @@ class Region(Piece):
     of all labs are in it and count; `stock`, what is left of its resource; `share`, what each of them got of it in the last period."""
 
     @property
-    def inside(self):
+    def inside(self) -> NDArray[numpy.bool_]:
         return self.sensed[:, 0] == 1
 
     @property
-    def robots(self):
+    def robots(self) -> int:
         return int(self._world[0])
 
     @property
-    def stock(self):
+    def stock(self) -> float:
         return float(self._world[1])
 
     @property
-    def share(self):
+    def share(self) -> float:
         return float(self._world[2])
 
 
@@ -155,7 +159,7 @@ class Floor(Piece):
     """`level` (n) of the tile under each robot; -1 where a robot was never seen."""
 
     @property
-    def level(self):
+    def level(self) -> NDArray[numpy.int64]:
         return numpy.nan_to_num(self.sensed[:, 0], nan=-1).astype(int)
 
 
@@ -166,14 +170,14 @@ class Towards(Piece):
     columns = 2
 
     @property
-    def bearing(self):
+    def bearing(self) -> NDArray[numpy.float64]:
         return self.sensed[:, 0]
 
     @property
-    def distance(self):
+    def distance(self) -> NDArray[numpy.float64]:
         return self.sensed[:, 1]
 
-    def sector(self, sectors):
+    def sector(self, sectors: int) -> NDArray[numpy.int64]:
         """(n) of so many equal sectors, 0 around straight ahead, then counter-clockwise; 0 where a robot was never seen."""
         return numpy.nan_to_num(numpy.floor(self.bearing / (2 * math.pi) * sectors + 0.5)).astype(int) % sectors
 
@@ -186,11 +190,13 @@ class Gps(Piece):
         cells = numpy.floor((self.sensed[:, axis] / self.size[axis] + 0.5) * self.cells[axis])
         return numpy.nan_to_num(numpy.clip(cells, 0, self.cells[axis] - 1), nan=-1).astype(int)
 
+    cells: list[int]
+    size: list[float]
     column = property(lambda self: self._cell(0))
     row = property(lambda self: self._cell(1))
 
     @property
-    def heading(self):
+    def heading(self) -> NDArray[numpy.int64]:
         turned = numpy.floor(self.sensed[:, 2] / (2 * math.pi) * self.cells[2] + 0.5) % self.cells[2]
         return numpy.nan_to_num(turned, nan=-1).astype(int)
 
@@ -199,7 +205,7 @@ class Light(Piece):
     """`level` (n) of virtual light at each robot, 0 to 1023; -1 where a robot was never seen."""
 
     @property
-    def level(self):
+    def level(self) -> NDArray[numpy.int64]:
         return numpy.nan_to_num(self.sensed[:, 0], nan=-1).astype(int)
 
 
@@ -207,10 +213,10 @@ class Voices(Piece):
     """What robots say to others in all labs. `heard` (n, values): how many others within range, or joined by the graph, say each value."""
 
     @property
-    def heard(self):
+    def heard(self) -> NDArray[numpy.int64]:
         return numpy.nan_to_num(self.sensed).astype(int)
 
-    def say(self, who, value):
+    def say(self, who: ArrayLike, value: ArrayLike) -> None:
         """In frame(): what the robots `who` (a mask over the rows, or ids) say from now on: one value or one for each; -1 is silence."""
         rows, by_ids = self._lab._rows(who)
         each = numpy.broadcast_to(self._lab._chosen("value", value, -1, self.columns - 1, rows, by_ids), len(rows))
@@ -223,7 +229,15 @@ class Kit:
     reading's normal error, in the reading's unit, and `every_s` how often readings are renewed, of all robots at once; 0: with each
     frame. A robot that a frame does not hold keeps its last reading."""
 
-    def eyes(self, sectors=8, reach=0.1, around=False, robots=None, margin=0.0, half_planes=False, noise=0.0, every_s=0.0):
+    name: str
+    ids: NDArray[numpy.uint32]
+    scale: float
+    width_m: float
+    height_m: float
+    _alike: dict[str, str]
+
+    def eyes(self, sectors: int = 8, reach: float = 0.1, around: bool = False, robots: Optional[float] = None, margin: float = 0.0,
+             half_planes: bool = False, noise: ArrayLike = 0.0, every_s: float = 0.0) -> Eyes:
         """A virtual proximity sensor for walls and obstacles: 1 to 16 equal sectors of the half circle in front, the leftmost first, or
         `around` the robot, counter-clockwise, of which the first begins straight ahead. `reach` in metres from the robot's centre.
         `robots`: robots of other labs are seen as discs of that radius in this arena, unless sensors.presence is "none"; without it
@@ -237,13 +251,14 @@ class Kit:
                                    "margin": _number("margin", margin, 0, 1e3), "half_planes": bool(half_planes),
                                    "robots": None if robots is None else _number("robots", robots, 0, 1e3)}, noise, every_s, sectors)
 
-    def crowd(self, range, leds=None, others=True, noise=0.0, every_s=0.0):  # pylint: disable=redefined-builtin
+    def crowd(self, range: float, leds: Optional[ArrayLike] = None, others: bool = True, noise: ArrayLike = 0.0,
+              every_s: float = 0.0) -> Crowd:  # pylint: disable=redefined-builtin
         """How many robots are within `range` metres of each robot: of this lab and, `others` true, of other labs where they are in this
         arena, unless sensors.presence is "none". `leds`: only those whose LED is one of these numbers."""
         return self._sensor(Crowd, {"piece": "crowd", "range": _number("range", range, 1e-6, 1e3), "leds": _leds(leds), "others": bool(others)}, noise, every_s)
 
-    def trail(self, name, width, height, cell, half_life=0.0, linear=0.0, diffusion=0.0, wind=(0.0, 0.0), cap=1e6, cut_off=0.0,
-              zones=None, full=1.0):
+    def trail(self, name: str, width: float, height: float, cell: float, half_life: float = 0.0, linear: float = 0.0, diffusion: float = 0.0,
+              wind: ArrayLike = (0.0, 0.0), cap: float = 1e6, cut_off: float = 0.0, zones: Optional[Sequence[float]] = None, full: float = 1.0) -> Trail:
         """Pheromone on a grid around the origin of the shared world, that robots of all labs lay: metres of the shared frame, seconds,
         `diffusion` in m2/s, `wind` in m/s. `zones`: (how many, opening in radians, radius, least value) in front of robots. `full`: what
         people see as darkest; 0 shows nothing. Every lab asks for it alike."""
@@ -258,7 +273,8 @@ class Kit:
         self._must_be_alike("trail", name, {key: value for key, value in asked.items() if key not in ("zones", "full")})
         return self._piece(Trail, asked)
 
-    def region(self, centre=None, radius=None, corners=None, resource=None, leds=None, label="", colour="note"):
+    def region(self, centre: Optional[ArrayLike] = None, radius: Optional[float] = None, corners: Optional[ArrayLike] = None,
+               resource: Optional[dict[str, Any]] = None, leds: Optional[ArrayLike] = None, label: str = "", colour: str = "note") -> Region:
         """A disc or a polygon of the shared world, which is drawn. `leds`: only robots whose LED is one of these numbers count, and use the
         resource. `resource`: a stock that they use, a dict of capacity (1), growth (r of logistic growth, a second), rate (of the capacity
         that each takes, a second), pairs (true: n robots take n times as much each), shared (true: all together take no more than one) and
@@ -283,7 +299,8 @@ class Kit:
         piece._merge(numpy.array([0.0, resource["capacity"] if resource else 0.0, 0.0]))  # until the first boundary
         return piece
 
-    def floor(self, name, width, height, columns, rows, shares=(1, 1), patch=0, tiles=None, image=None, levels=2, noise=0.0, every_s=0.0):
+    def floor(self, name: str, width: float, height: float, columns: int, rows: int, shares: Sequence[float] = (1, 1), patch: int = 0,
+              tiles: Optional[ArrayLike] = None, image: Optional[str] = None, levels: int = 2, noise: ArrayLike = 0.0, every_s: float = 0.0) -> Floor:
         """Tiles around the origin of the shared world, alike in all labs: drawn from run.seed and `name`, level k on its part of `shares`, in
         patches of about 2 * `patch` + 1 tiles; or given as `tiles` (rows, columns) of levels 0 to 255, the lowest row first; or as an
         `image`, a file beside the scenario, whose greys become so many `levels`, 0 the lightest."""
@@ -335,12 +352,13 @@ class Kit:
             raise ValueError(f"{image} cannot be read as an image: {error}") from error
         return ((255 - grey[::-1].astype(int)) * levels // 256).astype(numpy.uint8)  # an image's first row is its highest
 
-    def towards(self, place, noise=(0.0, 0.0), every_s=0.0):
+    def towards(self, place: ArrayLike, noise: ArrayLike = (0.0, 0.0), every_s: float = 0.0) -> Towards:
         """Bearing and distance to a place of the shared world. `noise`: of the bearing in radians, and of the distance in metres."""
         x, y = _pair("place", place, -1e4, 1e4)
         return self._sensor(Towards, {"piece": "towards", "x": x, "y": y}, noise, every_s, count=2)
 
-    def gps(self, columns=32, rows=32, headings=32, width=None, height=None, noise=(0.0, 0.0), every_s=0.0):
+    def gps(self, columns: int = 32, rows: int = 32, headings: int = 32, width: Optional[float] = None, height: Optional[float] = None,
+            noise: ArrayLike = (0.0, 0.0), every_s: float = 0.0) -> Gps:
         """Places in the shared world in few bits: of columns and rows of cells around its origin, and of so many `headings`, 1 to 65536 each.
         `width` and `height` are metres of the shared world; without them they are the sides of this arena. `noise`: of x and y in
         metres, and of the heading in radians."""
@@ -351,7 +369,8 @@ class Kit:
         piece.cells, piece.size = cells, size
         return piece
 
-    def light(self, ambient=0.0, slope=(0.0, 0.0), beams=(), noise=0.0, every_s=0.0):
+    def light(self, ambient: float = 0.0, slope: ArrayLike = (0.0, 0.0), beams: Sequence[dict[str, Any]] = (), noise: ArrayLike = 0.0,
+              every_s: float = 0.0) -> Light:
         """Virtual light of the shared world, as a Kilobot's sensor would read it, 0 to 1023: `ambient` at the origin, `slope` more for each
         metre along x and y, and `beams`, dicts of a path (a place, or several that it goes round), radius (0.1), level (1023) and
         speed (0, in m/s)."""
@@ -367,7 +386,8 @@ class Kit:
         return self._sensor(Light, {"piece": "light", "ambient": _number("ambient", ambient, -1e6, 1e6), "slope": _pair("slope", slope, -1e6, 1e6),
                                     "beams": given}, noise, every_s)
 
-    def voices(self, name, values, range=None, graph=None):  # pylint: disable=redefined-builtin
+    def voices(self, name: str, values: int, range: Optional[float] = None,
+               graph: Optional[Sequence[Any]] = None) -> Voices:  # pylint: disable=redefined-builtin
         """Robots say one of 1 to 64 values to others of all labs: to those within `range` of them in the shared world, or to those that
         the `graph` joins, pairs of (lab, id)."""
         values = _whole("values", values, 1, 64)

@@ -1,12 +1,15 @@
 """Arithmetic on places. Operation by operation, so that every computer gives the same bits."""
+from __future__ import annotations
+
 import numpy
+from numpy.typing import ArrayLike, NDArray
 
 _PAIRS_AT_ONCE = 1 << 20
 _FEW_PAIRS = 1 << 14  # all are looked at in less time than cells take
 _FAR = 1 << 30  # cells from the origin
 
 
-def within(xy, others, reach):
+def within(xy: ArrayLike, others: ArrayLike, reach: float) -> NDArray[numpy.bool_]:
     """For each place of `xy` (n, 2) whether one of `others` (m, 2) is at most `reach` away. NaN is near nothing."""
     xy, others = (numpy.asarray(a, dtype=float) for a in (xy, others))
     if xy.ndim != 2 or others.ndim != 2 or xy.shape[1] != 2 or others.shape[1] != 2:

@@ -1,15 +1,23 @@
-"""Recorded runs as arrays. Trajectories are read from what `arkmesh export --csv` writes, tables from where the run left
-them."""
+"""Recorded runs as arrays, tables and figures. Figures need matplotlib; the libraries of other methods are named where they are missing."""
+from __future__ import annotations
+
 import collections.abc
+import contextlib
 import csv
 import functools
+import importlib
 import json
+import os
 import pathlib
+import struct
+import sys
+from typing import Any, Iterator, Optional, Union
 
 import numpy
+from numpy.typing import NDArray
 
 
-def read_table(path):
+def read_table(path: PathLike) -> NDArray[Any]:
     """A CSV file with a header as a structured array: a column holds whole numbers, else numbers (nothing is NaN), else texts."""
     with open(path, newline="", encoding="utf-8") as file:
         names, *rows = csv.reader(file)
@@ -32,70 +40,185 @@ def _column(name, cells):
     return texts
 
 
-def _numbers(path):
-    """A CSV file of numbers: {name: column}."""
-    with open(path, encoding="utf-8") as file:
-        names = file.readline().rstrip("\n").split(",")
-        data = numpy.loadtxt(file, delimiter=",", ndmin=2).reshape(-1, len(names))
-    return {name: data[:, i] for i, name in enumerate(names)}
+# pose_frame_t of lcmtypes, as LCM packs it: fingerprint, stamp_us, number, part, parts, n_objects, n_robots; objects; robots.
+FRAME, OBJECT_BYTES = struct.Struct(">Qqiiiii"), 32
+ROBOT = numpy.dtype([("id", ">i4"), ("xy", ">f8", 2), ("heading", ">f8"), ("led", "u1"), ("confidence", ">f4"), ("age_us", ">i4")])
+FRAME_FINGERPRINT = 0x8C40788702DFF821
+
+
+def tool(name):
+    """A module of those that draw and read runs, which lie beside this package where it is installed, and in the checkout."""
+    python = pathlib.Path(__file__).resolve().parents[1]
+    for folder in (python.parent, python.parents[1] / "drawing", python.parents[1] / "scripts"):
+        if any((folder / file).is_file() for file in ("figure_style.py", "read_log.py")) and str(folder) not in sys.path:
+            sys.path.append(str(folder))
+    return importlib.import_module(name)
+
+
+def _frames_of(log):
+    """{"t_s", "ids", "xy", "heading", "led"} of a recording: frames are rows, robots columns."""
+    numbers, stamps_us, robots = [], [], []
+    for _, channel, data in tool("read_log").events(log):
+        if channel == "poses":
+            fingerprint, stamp_us, number, _, _, objects, count = FRAME.unpack_from(data)
+            if fingerprint != FRAME_FINGERPRINT:
+                raise RuntimeError(f"{log} was recorded by another version of arkmesh; read it with that version")
+            numbers.append(number)
+            stamps_us.append(stamp_us)
+            robots.append(numpy.frombuffer(data, ROBOT, count, FRAME.size + OBJECT_BYTES * objects))
+    # A frame of many robots is several messages.
+    frames, first, row_of = numpy.unique(numpy.array(numbers, int), return_index=True, return_inverse=True)
+    rows = numpy.repeat(row_of, [len(part) for part in robots])
+    robots = numpy.concatenate(robots) if robots else numpy.zeros(0, ROBOT)
+    ids, columns = numpy.unique(robots["id"].astype(numpy.uint32), return_inverse=True)
+    shape = (len(frames), len(ids))
+    out = {"t_s": numpy.array(stamps_us, float)[first] / 1e6, "ids": ids, "xy": numpy.full((*shape, 2), numpy.nan),
+           "heading": numpy.full(shape, numpy.nan), "led": numpy.zeros(shape, numpy.uint8)}
+    for name in ("xy", "heading", "led"):
+        out[name][rows, columns] = robots[name]
+    return out
+
+
+PathLike = Union[str, "os.PathLike[str]"]
 
 
 class Rows(collections.abc.Mapping):
-    """A lab's tables by name."""
+    """A lab's tables by name, each a structured array."""
 
-    def __init__(self, folder):
+    def __init__(self, folder: pathlib.Path):
         self.files = {file.stem: file for file in sorted(folder.glob("*.csv")) if file.stem not in ("hash", "audit")}
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> NDArray[Any]:
         if name not in self.files:
             raise KeyError(f"this lab wrote no table {name!r}; it has: {', '.join(self.files) or 'none'}")
         return read_table(self.files[name])
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Any]:
         return iter(self.files)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.files)
 
 
-class LabRun:
-    """One lab of a run. Frames are rows, robots columns in the order of `ids`; NaN, and an LED of 0, where a robot was not seen."""
+class _Arrays:
+    """What a lab has of its run; a Run has that of its first lab. Frames are rows, robots columns in the order of `ids`; NaN, and an
+    LED of 0, where a robot was not seen."""
 
-    def __init__(self, run, name, folder):
+    folder: pathlib.Path
+    name: str
+
+    @property
+    def _lab(self) -> LabRun:
+        raise NotImplementedError
+
+    @property
+    def t_s(self) -> NDArray[numpy.float64]:
+        """Lab time of each frame, in seconds."""
+        return self._lab._frames["t_s"]
+
+    @property
+    def ids(self) -> NDArray[numpy.uint32]:
+        """Robots that were ever seen."""
+        return self._lab._frames["ids"]
+
+    @property
+    def xy(self) -> NDArray[numpy.float64]:
+        """[frame, robot, 2], metres in the lab's arena."""
+        return self._lab._frames["xy"]
+
+    @property
+    def heading(self) -> NDArray[numpy.float64]:
+        """[frame, robot], radians from +x counter-clockwise."""
+        return self._lab._frames["heading"]
+
+    @property
+    def led(self) -> NDArray[numpy.uint8]:
+        """[frame, robot]: bit 0 red, bit 1 green, bit 2 blue; 8 unknown."""
+        return self._lab._frames["led"]
+
+    @property
+    def rows(self) -> Rows:
+        """The lab's tables."""
+        return self._lab._rows
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset of x, y, heading and led by time and robot."""
+        xarray = _library("xarray")
+        about = {"x": ("m", self.xy[..., 0]), "y": ("m", self.xy[..., 1]), "heading": ("rad", self.heading), "led": ("", self.led)}
+        return xarray.Dataset({name: (("time", "robot"), values, {"units": unit}) for name, (unit, values) in about.items()},
+                              {"time": ("time", self.t_s, {"units": "s"}), "robot": self.ids}, {"lab": self._lab.name})
+
+    def to_dataframe(self) -> Any:
+        """A pandas.DataFrame with a row for each robot in each frame: time_s, robot, x_m, y_m, heading_rad, led. Without robots that were not seen."""
+        pandas = _library("pandas")
+        time, robot = (each.ravel() for each in numpy.meshgrid(self.t_s, self.ids, indexing="ij"))
+        seen = ~numpy.isnan(self.xy[..., 0].ravel())
+        columns = {"time_s": time, "robot": robot, "x_m": self.xy[..., 0].ravel(), "y_m": self.xy[..., 1].ravel(),
+                   "heading_rad": self.heading.ravel(), "led": self.led.ravel()}
+        return pandas.DataFrame({name: column[seen] for name, column in columns.items()})
+
+
+class LabRun(_Arrays):
+    """One lab of a run: its arrays, `counts`, `rows` and `result`, which is what result.json holds."""
+
+    def __init__(self, run: Run, name: str, folder: pathlib.Path):
         self.run, self.name, self.folder = run, name, folder
         self.result = json.loads((folder / "result.json").read_text())
-        self.counts, self.rows = self.result.get("counts", {}), Rows(folder)
+        self.counts: dict[str, int] = self.result.get("counts", {})
+        self._rows = Rows(folder)
 
-    t_s = property(lambda self: self._frames["t_s"], doc="lab time of each frame, in seconds")
-    ids = property(lambda self: self._frames["ids"], doc="robots that were ever seen")
-    xy = property(lambda self: self._frames["xy"], doc="[frame, robot, 2], metres in this lab's arena")
-    heading = property(lambda self: self._frames["heading"], doc="[frame, robot], radians from +x counter-clockwise")
-    led = property(lambda self: self._frames["led"], doc="[frame, robot]: bit 0 red, bit 1 green, bit 2 blue; 8 unknown")
+    @property
+    def _lab(self) -> LabRun:
+        return self
 
     @functools.cached_property
-    def _frames(self):
-        folder = self.run.export() / self.name
-        if not (folder / "poses.csv").is_file():
+    def _frames(self) -> dict[str, Any]:
+        log = tool("read_log").log_in(self.folder)
+        if not log.is_file():
             raise RuntimeError(f"{self.folder} has no recording of frames (recorder.log)")
-        frames, robots = _numbers(folder / "poses.csv"), _numbers(folder / "poses.robots.csv")
-        # A frame of many robots is several messages.
-        numbers, first = numpy.unique(frames["number"], return_index=True)
-        row_of_message = numpy.searchsorted(numbers, frames["number"])
-        rows = row_of_message[numpy.searchsorted(frames["message"], robots["message"])]
-        ids, columns = numpy.unique(robots["robot"].astype(numpy.uint32), return_inverse=True)
-        shape = (len(numbers), len(ids))
-        out = {"t_s": frames["stamp_us"][first] / 1e6, "ids": ids, "xy": numpy.full((*shape, 2), numpy.nan),
-               "heading": numpy.full(shape, numpy.nan), "led": numpy.zeros(shape, numpy.uint8)}
-        out["xy"][rows, columns, 0], out["xy"][rows, columns, 1] = robots["x_m"], robots["y_m"]
-        out["heading"][rows, columns], out["led"][rows, columns] = robots["heading_rad"], robots["led"]
-        return out
+        return _frames_of(log)
+
+    def plot(self, time_s: Optional[float] = None, width: str = "page", title: Optional[str] = None, out: Optional[PathLike] = None) -> Any:
+        """As Run.plot, of this lab alone."""
+        return _plot(self.folder, time_s, width, title, out)[self.name]
+
+    def __repr__(self) -> str:
+        return f"<arkmesh.LabRun {self.name} in {self.folder}: counts {self.counts}; tables {', '.join(self.rows) or 'none'}>"
 
 
-class Run:
+def _library(name):
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise ImportError(f"{name} is missing; apt-get install python3-{name}, or pip install {name}") from None
+
+
+@contextlib.contextmanager
+def _drawing(module):
+    """A module that draws. Fonts of PDFs are TrueType from here on, also of those that the caller saves: journals refuse matplotlib's default."""
+    matplotlib = _library("matplotlib")
+    matplotlib.rcParams.update({"pdf.fonttype": 42, "ps.fonttype": 42})
+    with tool("figure_style").styled():
+        yield tool(module)
+
+
+def _saved(figure, out):
+    if out is not None:
+        tool("figure_style").save(figure, out)
+
+
+def _plot(folder, time_s, width, title, out):
+    with _drawing("run_figure") as drawer:
+        figure, arenas = drawer.draw(drawer.labs_of(folder, time_s), width, title)
+        _saved(figure, out)
+    return arenas
+
+
+class Run(_Arrays):
     """A run's folder. `labs` has each lab; what a lab has, such as `xy` and `rows`, the run has of its first lab. `counts` are
     sums of all labs, with `name@lab` of each."""
 
-    def __init__(self, folder):
+    def __init__(self, folder: PathLike):
         self.folder = pathlib.Path(folder)
         if not (self.folder / "result.json").is_file():
             raise FileNotFoundError(f"{self.folder} holds no result.json of a run")
@@ -105,10 +228,14 @@ class Run:
         self.state, self.ended = self.result["state"], self.result.get("ended", "")
         alone = self.result.get("lab")
         places = {alone: self.folder} if alone else {name: self.folder / name for name in self.result["labs"]}
-        self.labs = {name: LabRun(self, name, place) for name, place in places.items()}
-        self._first = next(iter(self.labs.values()))
+        self.labs: dict[str, LabRun] = {name: LabRun(self, name, place) for name, place in places.items()}
+        self.name = next(iter(self.labs))
 
-    def export(self):
+    @property
+    def _lab(self) -> LabRun:
+        return self.labs[self.name]
+
+    def export(self) -> pathlib.Path:
         """The folder of the run's tables as CSV, which is written when it is not there."""
         from .running import call
         out = self.folder / "export/csv"
@@ -116,51 +243,84 @@ class Run:
             call("export", str(self.folder), "--csv", "--force")
         return out
 
-    def __repr__(self):
+    def plot(self, time_s: Optional[float] = None, width: str = "page", title: Optional[str] = None, out: Optional[PathLike] = None) -> dict[str, Any]:
+        """Draws all arenas at a lab time, by default the last, and returns the axes of each lab by name, in metres. `width`: "column"
+        or "page" of a journal; `out`: a file, .png, .jpg, .pdf or .svg."""
+        return _plot(self.folder, time_s, width, title, out)
+
+    def curves(self, *series: str, width: str = "page", xlabel: Optional[str] = None, ylabel: Optional[str] = None,
+               title: Optional[str] = None, out: Optional[PathLike] = None) -> dict[str, Any]:
+        """Draws what the run counted over lab time, by default all its series, and returns the axes of each by name."""
+        with _drawing("curve_figure") as drawer:
+            figure, axes, _ = drawer.draw_all([self.folder], (), series, width, xlabel, ylabel, title)
+            _saved(figure, out)
+        return axes
+
+    def film(self, out: Optional[PathLike] = None) -> pathlib.Path:
+        """Writes a film of the arenas as the page draws them, and returns its path."""
+        from .running import call
+        out = pathlib.Path(out or self.folder / "film.mp4")
+        call("export", str(self.folder), "--mp4", "--out", str(out), "--force")
+        return out
+
+    def __repr__(self) -> str:
         return f"<arkmesh.Run {self.folder}: labs {', '.join(self.labs)}, seed {self.seed}, {self.state}, hash {self.hash}>"
 
 
-for _name in ("t_s", "ids", "xy", "heading", "led", "rows"):
-    setattr(Run, _name, property(lambda self, name=_name: getattr(self._first, name), doc=f"labs[first].{_name}"))
-
-
 class Batch:
-    """A batch of seeds. `table` is runs.csv: a row for each seed; `batch["lit"]` is a column, `runs[seed]` its Run."""
+    """A batch of seeds, or of settings and seeds. `table` is runs.csv: a row for each run; `batch["lit"]` is a column; `runs[seed]`,
+    or `runs[value, ..., seed]` where settings differ, is its Run."""
 
-    def __init__(self, folder):
+    def __init__(self, folder: PathLike):
         self.folder = pathlib.Path(folder)
         self.table = read_table(self.folder / "runs.csv")
-        self.runs = Runs(self.folder, {int(row["seed"]): int(row["run"]) for row in self.table})
+        names = self.table.dtype.names or ()
+        self.settings = list(names[2:names.index("seed")])
+        keys = [(*(row[name].item() for name in self.settings), int(row["seed"])) for row in self.table]
+        self.runs = Runs(self.folder, {key if self.settings else key[0]: int(row["run"]) for key, row in zip(keys, self.table)})
 
-    def __getitem__(self, column):
+    def __getitem__(self, column: str) -> NDArray[Any]:
         return self.table[column]
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.table)
 
-    def __repr__(self):
-        return f"<arkmesh.Batch {self.folder}: {len(self)} runs; columns {', '.join(self.table.dtype.names)}>"
+    def to_dataframe(self) -> Any:
+        """The table as a pandas.DataFrame."""
+        return _library("pandas").DataFrame(self.table)
+
+    def plot(self, x: str, y: str, by: str = "", kind: str = "", width: str = "page", xlabel: Optional[str] = None, ylabel: Optional[str] = None,
+             title: Optional[str] = None, axes: Any = None, out: Optional[PathLike] = None) -> Any:
+        """Draws column `y` over the setting `x`, a line or colour for each value of `by`, and returns the axes. Numbers are lines with 95 %
+        intervals, else boxes, or as `kind` says: "line" or "box". `axes`: where to draw, instead of a new figure."""
+        with _drawing("batch_figure") as drawer:
+            axes = drawer.draw(self.folder, y, x, by, kind, width, xlabel, ylabel, title, axes)
+            _saved(axes.figure, out)
+        return axes
+
+    def __repr__(self) -> str:
+        return f"<arkmesh.Batch {self.folder}: {len(self)} runs; columns {', '.join(self.table.dtype.names or ())}>"
 
 
 class Runs(collections.abc.Mapping):
-    """The runs of a batch by seed, each read when it is asked for."""
+    """The runs of a batch, each read when it is asked for."""
 
-    def __init__(self, folder, seeds):
-        self.folder, self.seeds = folder, seeds
+    def __init__(self, folder: pathlib.Path, numbers: dict[Any, int]):
+        self.folder, self.numbers = folder, numbers
 
-    def __getitem__(self, seed):
-        if seed not in self.seeds:
-            raise KeyError(f"seed {seed} has no result")
-        return Run(self.folder / f"runs/{self.seeds[seed]:05}")
+    def __getitem__(self, key: Any) -> Run:
+        if key not in self.numbers:
+            raise KeyError(f"no run of {key!r} has a result; there are {', '.join(map(repr, list(self.numbers)[:3]))}, ...")
+        return Run(self.folder / f"runs/{self.numbers[key]:05}")
 
-    def __iter__(self):
-        return iter(self.seeds)
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self.numbers)
 
-    def __len__(self):
-        return len(self.seeds)
+    def __len__(self) -> int:
+        return len(self.numbers)
 
 
-def open_run(folder):
+def open_run(folder: PathLike) -> Union[Run, Batch]:
     """The Run of a folder, whoever ran it; a Batch if it is the folder of `arkmesh batch`."""
     folder = pathlib.Path(folder)
     return Batch(folder) if (folder / "runs.csv").is_file() else Run(folder)

@@ -1,5 +1,7 @@
 """Runs from a script or notebook. The labs run as `arkmesh run`, a child process; where the scenario is a class of the
 caller's, or a loop, the labs' scenario processes hand their lines over to this one (arkmesh_child.py), which answers."""
+from __future__ import annotations
+
 import collections
 import contextlib
 import datetime
@@ -17,6 +19,7 @@ import sys
 import tempfile
 import threading
 import traceback
+from typing import Any, Iterable, Mapping, Optional, Type, Union
 
 from . import answering
 from .recorded import Batch, Run
@@ -80,7 +83,8 @@ class Line(answering.Line):
 class Session:
     """`arkmesh run`, whose labs ask this process. Closed, none of it is left."""
 
-    def __init__(self, arguments, answers_here):
+    def __init__(self, arguments, answers_here, shows=False):
+        self.shows = shows  # whether what it prints is shown at once, too
         self.waiting, self.said, self.lines = selectors.DefaultSelector(), b"", collections.deque()
         self.controls, self.busy, self.gave_up, self.lock = {}, None, "", threading.Lock()
         self.thread = threading.current_thread()
@@ -113,6 +117,8 @@ class Session:
     def listen(self):
         more = os.read(self.process.stdout.fileno(), 1 << 16)
         self.said = (self.said + more)[-KEPT_OUTPUT:]
+        if self.shows:
+            sys.stderr.write(more.decode(errors="replace"))
         if not more:
             self.waiting.unregister(self.process.stdout)
 
@@ -287,7 +293,8 @@ def maker(cls):
     return lambda facts: (cls(), lambda: answering.sources_of_class(cls))
 
 
-def run(scenario, *labs, seconds=None, seed=None, settings=None, out=None):
+def run(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, os.PathLike], seconds: Optional[float] = None, seed: Optional[int] = None,
+        settings: Optional[Mapping[str, Any]] = None, out: Union[str, os.PathLike, None] = None) -> Run:
     """Runs labs' files in one shared world, and returns the Run. `scenario`: a class derived from Scenario, which this
     process answers with; a file of Python; or left out, and the labs' files name it. `settings`: keys of the labs' files,
     {"gate.period_s": 1, "b:arena.robots": 5}. Raises Failed."""
@@ -299,7 +306,8 @@ def run(scenario, *labs, seconds=None, seed=None, settings=None, out=None):
     return Run(folder)
 
 
-def batch(scenario, *labs, seeds, jobs=1, seconds=None, settings=None, out=None):
+def batch(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, os.PathLike], seeds: Iterable[int], jobs: int = 1,
+          seconds: Optional[float] = None, settings: Optional[Mapping[str, Any]] = None, out: Union[str, os.PathLike, None] = None) -> Batch:
     """Runs the labs once for each of `seeds`, `jobs` at a time, and returns the Batch. As run(); a run that fails is a row
     that says why, and what fails before any run begins is raised as Failed."""
     settings = {"recorder.log": True, **(settings or {}), **({} if seconds is None else {"run.duration_s": seconds})}
@@ -347,7 +355,7 @@ class lab:  # pylint: disable=invalid-name
             if isinstance(error, KeyboardInterrupt):
                 self.session.stop()
             elif error is not None:
-                fail(self.loop.line, error)
+                fail(self.loop._line, error)
             else:
                 self.loop.finish()
         except KeyboardInterrupt:
@@ -370,7 +378,7 @@ class Loop(Lab):
         facts = json.loads(line.receive()[1])
         self.before = answering.global_state(facts=facts)
         super().__init__(facts, line.ask_setting)
-        self.session, self.line, self.run = session, line, None
+        self.session, self._line, self.run = session, line, None
         self._every, self._owed = every, {}  # what goes with the next answer, which is the first
 
     def __iter__(self):
@@ -385,7 +393,7 @@ class Loop(Lab):
                 self._ask = None
                 begun = answering.about(self._every, {}, self) if self._every is not None else {}
                 self._every = None
-                self.line.answer(self, {**begun, **self._owed, **(more or {})})
+                self._line.answer(self, {**begun, **self._owed, **(more or {})})
             except answering.Gone:
                 return False
             self._owed = None
@@ -396,9 +404,9 @@ class Loop(Lab):
         if self.session.next() is None:
             return None
         try:
-            kind, content = self.line.receive()
+            kind, content = self._line.receive()
         except answering.Gone:
-            self.session.drop(self.line)
+            self.session.drop(self._line)
             return None
         answering.see(self, kind, content)
         return kind

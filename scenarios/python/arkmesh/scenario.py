@@ -1,12 +1,18 @@
 """What a scenario is, and what it sees of its lab: the same as lab::Scenario and lab::Lab of C++."""
+from __future__ import annotations
+
 import hashlib
 import math
 import pathlib
 import re
+from typing import Any, Optional, Sequence, TypeVar
 
 import numpy
+from numpy.typing import ArrayLike, NDArray
 
 from .kit import Kit, _number
+
+_Setting = TypeVar("_Setting", bool, int, float, str)
 
 WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("how", "u1"), ("pad", "u1"), ("value", "<u4")])
 HEARD = numpy.dtype([("robot", "<u4"), ("kind", "<u4"), ("value", "<i4")])
@@ -43,16 +49,16 @@ class Scenario:
         elif name in ("begin", "frame", "period", "finished") and not callable(value):
             raise ValueError(f"`{name}` is what the lab calls; give {value!r} another name")
 
-    def begin(self, lab):
+    def begin(self, lab: Lab) -> None:
         """Once, before lab time passes: settings, fields, what this lab decides."""
 
-    def frame(self, lab):
+    def frame(self, lab: Lab) -> None:
         """For each frame of poses, 10 a second. The first one comes before the first period(), and nothing is known of other labs then."""
 
-    def period(self, lab):
+    def period(self, lab: Lab) -> None:
         """At each boundary, right after the states of all labs were merged."""
 
-    def finished(self, lab):
+    def finished(self, lab: Lab) -> bool:
         """Asked after period(): True ends the run. A function of merged fields only."""
         return False
 
@@ -129,7 +135,8 @@ class Lab(Kit):
         self._words_per_s = facts.get("words_per_s", math.inf)
 
     # --- settings, chance ---
-    def setting(self, name, default, low=None, high=None, unit="", help="", one_of=(), own=False):
+    def setting(self, name: str, default: _Setting, low: Optional[float] = None, high: Optional[float] = None, unit: str = "", help: str = "",
+                one_of: Sequence[str] = (), own: bool = False) -> _Setting:
         """The value of `name` in [scenario.FILE] of the lab's file, which all labs have alike, else `default`; in begin() only. `own`:
         in [sensors.FILE], in which labs may differ."""
         if self._ask is None:
@@ -147,14 +154,14 @@ class Lab(Kit):
             raise ValueError(f"setting {name!r}: the default {default!r} is not within low={low} and high={high}")
         return self._ask(asked)
 
-    def needs_airtime(self, words_per_s):
+    def needs_airtime(self, words_per_s: float) -> None:
         """In begin(): how many words to single robots, of all together, this scenario has to say in a second. ValueError where the
         arena's airtime carries fewer."""
         if not 0 <= words_per_s <= self._words_per_s:
             raise ValueError(f"{words_per_s:g} words a second are more than the {self._words_per_s:.3g} that the airtime of this arena carries; "
                              "speak to fewer robots, or more rarely")
 
-    def random(self, purpose, common=False):
+    def random(self, purpose: str, common: bool = False) -> numpy.random.Generator:
         """A numpy Generator of this lab for `purpose`: it depends on run.seed, lab and purpose, on nothing else. `common`: not on the lab
         either, so that labs that draw alike, as in begin() and period(), have the same numbers."""
         name = f"{'' if common else self.name}/{purpose}"
@@ -165,18 +172,18 @@ class Lab(Kit):
         return self._streams[name]
 
     # --- robots ---
-    def tell(self, who, kind=0, value=0, slot=0, shown=None):
+    def tell(self, who: ArrayLike, kind: ArrayLike = 0, value: ArrayLike = 0, slot: ArrayLike = 0, shown: Optional[ArrayLike] = None) -> None:
         """What the robots `who` (a mask over the rows, or ids) have to know: it is said at once when it changes, and again
         each second until the robot shows it. `shown`: a mask of who shows it; without one, a robot shows it when its LED
         is another one than at the change. Kinds that exclude each other share a slot."""
         how = UNTIL_LED_CHANGES if shown is None else NOT_SHOWN - self._column("shown", shown, 0, 1)  # SHOWN is one less
         self._say(who, kind, value, slot, how)
 
-    def say(self, who, kind=0, value=0, slot=0, every_s=0.0):
+    def say(self, who: ArrayLike, kind: ArrayLike = 0, value: ArrayLike = 0, slot: ArrayLike = 0, every_s: float = 0.0) -> None:
         """Said once. With `every_s`, called at each frame, a robot is told the newest in that slot once in so many seconds."""
         self._say(who, kind, value, slot, ONCE, _number("every_s", every_s, 0, 1e6))
 
-    def message(self, data, type, who=None, slot=0):  # pylint: disable=redefined-builtin
+    def message(self, data: Any, type: int, who: Optional[ArrayLike] = None, slot: ArrayLike = 0) -> None:  # pylint: disable=redefined-builtin
         """A whole message of nine bytes and a type 0 to 127, said once: to all robots, or, in simulation only, to `who`. `data`:
         nine bytes, or three numbers of 24 bits, most significant byte first. It takes the place of words to three robots."""
         if who is not None and not self.whole_to_one:
@@ -185,7 +192,7 @@ class Lab(Kit):
             {"type": self._type(type), "data": _nine_bytes(data), "slot": int(self._column("slot", slot, 0, 255, 0)),
              "robots": None if who is None else self.ids[self._rows(who)[0]].tolist()})
 
-    def parameters(self, data, type):  # pylint: disable=redefined-builtin
+    def parameters(self, data: Any, type: int) -> None:  # pylint: disable=redefined-builtin
         """What robots have to know before they run: repeated to all of them right before they begin, and before they run after
         a reset. Those of a type that are given in one call of the scenario, such as one for each robot with its id in `data`, replace
         former ones of that type; 64 in all at most. `data` and `type` as in message()."""
@@ -256,7 +263,8 @@ class Lab(Kit):
         self._words.append(words)
 
     # --- what labs share ---
-    def declare(self, name, length=1, low=0, high=1_000_000, owner_only=False, initial_only=False, up_to=False):
+    def declare(self, name: str, length: int = 1, low: int = 0, high: int = 1_000_000, owner_only: bool = False, initial_only: bool = False,
+                up_to: bool = False) -> None:
         """In begin() only, and alike in all labs: each lab has a field of this name, of `length` whole numbers from `low` to `high`, or, `up_to`
         true, of so many at most. `owner_only`: only the owner (shared.owner) publishes it. `initial_only`: it is published in begin(), and
         stays as it is. What a lab publishes against this ends its run; what a peer does is refused and counted."""
@@ -267,25 +275,25 @@ class Lab(Kit):
             {"name": name, "length": int(length), "low": int(low), "high": int(high), "owner_only": bool(owner_only),
              "initial_only": bool(initial_only), "up_to": bool(up_to)})
 
-    def publish(self, name, values):
+    def publish(self, name: str, values: ArrayLike) -> None:
         """Sets an own field: whole numbers. It is in force in all labs once it is merged."""
         if name not in self._rules:
             raise ValueError(f"field {name!r} is not declared; declare it in begin()")
-        values = numpy.atleast_1d(values)
+        given = numpy.atleast_1d(values)
         length, up_to = self._rules[name]
-        if values.ndim != 1 or len(values) > length or (len(values) < length and not up_to):
-            raise ValueError(f"field {name!r} has {length} values{' at most' if up_to else ''}, and these have the shape {values.shape}")
-        values = self._column(f"field {name!r}", values, -2**63, 2**63 - 1, len(values))
-        self._said.setdefault("publish", {})[name] = [int(v) for v in values]
+        if given.ndim != 1 or len(given) > length or (len(given) < length and not up_to):
+            raise ValueError(f"field {name!r} has {length} values{' at most' if up_to else ''}, and these have the shape {given.shape}")
+        given = self._column(f"field {name!r}", given, -2**63, 2**63 - 1, len(given))
+        self._said.setdefault("publish", {})[name] = [int(v) for v in given]
 
-    def field(self, lab, name):
+    def field(self, lab: str, name: str) -> NDArray[numpy.int64]:
         """A lab's field as merged last, or, of one with `initial_only`, as it was at the start; empty when it has said none."""
         if lab not in self.labs:
             raise ValueError(f"{lab!r} is none of the labs {', '.join(self.labs)}")
         return self._merged.get(lab, {}).get(name, numpy.zeros(0, dtype=numpy.int64))
 
     # --- for people ---
-    def row(self, table, /, **values):
+    def row(self, table: str, /, **values: Any) -> None:
         """A row of TABLE.csv in the run's folder. The names are its columns, in the order of the table's first row."""
         if not re.fullmatch("[a-z][a-z0-9_]{0,63}", table) or table in OWN_TABLES:
             raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _, 64 of them at most, and not {' or '.join(OWN_TABLES)}")
@@ -300,26 +308,26 @@ class Lab(Kit):
             raise ValueError(f"row of {table!r}: a name and a value hold no comma, quote or line end, and a name is not empty")
         self._said.setdefault("rows", []).append([table, ",".join(columns), ",".join(cells)])
 
-    def count(self, name, n=1):
+    def count(self, name: str, n: int = 1) -> None:
         """Adds to a total of this lab. The run's result has the sum of all labs as `name`, and `name@LAB` of each."""
         if not str(name).strip() or not str(name).isprintable() or "@" in str(name) or name in OWN_COLUMNS:
             raise ValueError(f"count {name!r}: a name is a text in one line without @, and is none of {', '.join(OWN_COLUMNS)}")
         self._said.setdefault("counts", []).append([str(name), int(self._column("a count", n, 0, 2**53, 0))])
 
-    def circle(self, at, radius, colour="note", filled=False, dashed=False, label=""):
+    def circle(self, at: ArrayLike, radius: float, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
         """Shown in this arena until the next boundary, from period(). `at`: one place, or (n, 2) of them."""
         self._draw("circle", at, colour, filled, dashed, label, float(radius))
 
-    def polygon(self, corners, colour="note", filled=False, dashed=False, label=""):
+    def polygon(self, corners: ArrayLike, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
         self._draw("polygon", corners, colour, filled, dashed, label)
 
-    def line(self, points, colour="note", dashed=False, label=""):
+    def line(self, points: ArrayLike, colour: str = "note", dashed: bool = False, label: str = "") -> None:
         self._draw("line", points, colour, False, dashed, label)
 
-    def text(self, at, text, colour="note"):
+    def text(self, at: ArrayLike, text: str, colour: str = "note") -> None:
         self._draw("text", at, colour, False, False, text)
 
-    def raster(self, corner, cell, values, heading=0.0, colour="pheromone", label=""):
+    def raster(self, corner: ArrayLike, cell: float, values: ArrayLike, heading: float = 0.0, colour: str = "pheromone", label: str = "") -> None:
         """A quantity on a grid, shown as circle() is: `values` (rows, columns) from 0, not drawn, to 1, the fullest; rows go along
         `heading` from `corner`, one after the other to its left. `cell`: a side in metres."""
         values = numpy.asarray(values, dtype=float)
