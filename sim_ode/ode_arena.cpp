@@ -252,7 +252,7 @@ class OdeArena final : public SimulatedArena {
   void drain_batteries() {
     for (int robot = Batteries::first(ticks_); robot < world_.robots(); robot += Batteries::looks_every) {
       if (!host_.powered(robot)) continue;
-      batteries_.spend(robot, motors_.load(robot), leds_.steps(robot));
+      batteries_.spend(robot, motors_.load_us(robot), leds_.steps_us(robot));
       motors_.weaken(robot, batteries_.voltage(robot));
       if (!batteries_.empty(robot)) continue;
       host_.set_power(robot, false);

@@ -21,19 +21,20 @@ void BatterySettings::fields(const hal::Section& ode) {
 }
 
 Batteries::Batteries(const BatterySettings& settings, const std::vector<RobotProfile>& profiles) : settings_(settings) {
-  for (const RobotProfile& robot : profiles) left_mas_.push_back(robot.charge * settings.battery_mah * 3600);
+  for (const RobotProfile& robot : profiles) robots_.push_back({robot.charge * settings.battery_mah * 3600});
 }
 
-void Batteries::spend(int robot, int duties, int light) {
-  const double ma =
-      settings_.battery_idle_ma + settings_.battery_motor_ma * duties / motor_duty + settings_.battery_led_ma * light;
-  double& left = left_mas_[static_cast<std::size_t>(robot)];
-  left = std::max(0.0, left - ma * looks_every * tick_us * 1e-6);
+void Batteries::spend(int robot, std::int64_t duties_us, std::int64_t light_us) {
+  Robot& one = robots_[static_cast<std::size_t>(robot)];
+  const auto drawn = static_cast<double>(duties_us - one.duties_us), lit = static_cast<double>(light_us - one.light_us);
+  const double ma_us = settings_.battery_idle_ma * looks_every * tick_us +
+                       settings_.battery_motor_ma * drawn / motor_duty + settings_.battery_led_ma * lit;
+  one = {std::max(0.0, one.left_mas - ma_us * 1e-6), duties_us, light_us};
 }
 
 double Batteries::voltage(int robot) const {
   if (!run_down()) return 1;
-  const double charge = left_mas_[static_cast<std::size_t>(robot)] / (settings_.battery_mah * 3600);
+  const double charge = robots_[static_cast<std::size_t>(robot)].left_mas / (settings_.battery_mah * 3600);
   return settings_.battery_empty_share + (1 - settings_.battery_empty_share) * charge;
 }
 

@@ -25,19 +25,24 @@ class Batteries {
   Batteries(const BatterySettings& settings, const std::vector<RobotProfile>& profiles);
 
   bool run_down() const { return settings_.battery_mah > 0; }
-  // Each robot is looked at once in so many ticks, a second: what it does then counts for all of them.
+  // Each robot is looked at once in so many ticks, a second.
   static constexpr int looks_every = 31;
   // The first robot that is looked at in this tick; the others follow at that distance.
   static int first(std::int64_t tick) { return static_cast<int>(tick % looks_every); }
-  // What it does: the sum of its duties, and of its colours' steps.
-  void spend(int robot, int duties, int light);
+  // What it has done since it was looked at: the sums of its duties, and of its colours' steps, integrated over all
+  // time.
+  void spend(int robot, std::int64_t duties_us, std::int64_t light_us);
   // Share of a full one's; a straight line from full to empty.
   double voltage(int robot) const;
-  bool empty(int robot) const { return run_down() && left_mas_[static_cast<std::size_t>(robot)] <= 0; }
+  bool empty(int robot) const { return run_down() && robots_[static_cast<std::size_t>(robot)].left_mas <= 0; }
 
  private:
   BatterySettings settings_;
-  std::vector<double> left_mas_;  // mA s, by robot
+  struct Robot {
+    double left_mas;  // mA s
+    std::int64_t duties_us = 0, light_us = 0;
+  };
+  std::vector<Robot> robots_;
 };
 
 }  // namespace arkmesh::sim_ode

@@ -7,17 +7,19 @@
 #include <vector>
 
 #include "hal/types.hpp"
+#include "sim_ode/host/turns/reception.hpp"
 
 namespace arkmesh::sim_ode {
 
 class LedLights {
  public:
-  explicit LedLights(int robots) : colours_(static_cast<std::size_t>(robots), 0) {}
+  explicit LedLights(int robots)
+      : colours_(static_cast<std::size_t>(robots), 0), moments_(static_cast<std::size_t>(robots), 0) {}
 
   // A kilolib colour (2 bits each: red, green, blue) from `us` after the start of the present tick on.
   void set(int robot, std::uint8_t colour, std::int64_t us) {
     if (us == 0)
-      colours_[static_cast<std::size_t>(robot)] = colour;
+      begin({robot, 0, colour});
     else
       changes_.push_back({robot, us, colour});
   }
@@ -27,15 +29,15 @@ class LedLights {
     set(robot, 0, 0);
   }
   std::uint8_t colour(int robot) const { return colours_[static_cast<std::size_t>(robot)]; }
-  // The sum of its colours' steps, 0..9, at the start of the present tick.
-  int steps(int robot) const {
-    const int colour = colours_[static_cast<std::size_t>(robot)];
-    return (colour & 3) + (colour >> 2 & 3) + (colour >> 4 & 3);
+  // The sum of its colours' steps, 0..9, integrated over time up to the start of the present tick.
+  std::int64_t steps_us(int robot) const {
+    return steps(colour(robot)) * tick_start_us_ - moments_[static_cast<std::size_t>(robot)];
   }
   // The tick is over.
   void end_tick() {
-    for (const Change& change : changes_) colours_[static_cast<std::size_t>(change.robot)] = change.colour;
+    for (const Change& change : changes_) begin(change);
     changes_.clear();
+    tick_start_us_ += tick_us;
   }
   // Mean light from `from_us` to `to_us` of the present tick, red, green and blue of 0..3; the colour at `to_us` when
   // both are one.
@@ -74,12 +76,20 @@ class LedLights {
     std::int64_t us;
     std::uint8_t colour;
   };
+  static int steps(int colour) { return (colour & 3) + (colour >> 2 & 3) + (colour >> 4 & 3); }
+  void begin(const Change& change) {
+    const auto i = static_cast<std::size_t>(change.robot);
+    moments_[i] += (steps(change.colour) - steps(colours_[i])) * (tick_start_us_ + change.us);
+    colours_[i] = change.colour;
+  }
   static hal::Led seen(std::uint8_t colour) {
     return static_cast<hal::Led>((colour & 0x03 ? 1 : 0) | (colour & 0x0C ? 2 : 0) | (colour & 0x30 ? 4 : 0));
   }
 
   std::vector<std::uint8_t> colours_;
   std::vector<Change> changes_;
+  std::vector<std::int64_t> moments_;  // by robot: sum of the changes of its steps, each times when it came
+  std::int64_t tick_start_us_ = 0;
 };
 
 }  // namespace arkmesh::sim_ode

@@ -144,6 +144,8 @@ void Motors::update(int robot, std::int64_t us) {
   part.sum.left_m_s += part.now.left_m_s * lasted;
   part.sum.turn_rad_s += part.now.turn_rad_s * lasted;
   part.since_us = static_cast<std::int32_t>(us);
+  part.loaded_moment += (load(robot) - part.loaded) * (tick_start_us_ + us);
+  part.loaded = load(robot);
   part.now = driven(robot, us);
   if (!part.listed) {
     part.listed = true;

@@ -51,6 +51,11 @@ class Motors {
   void weaken(int robot, double strength);
   // Sum of both motors' duties, as far as they reach the motors.
   int load(int robot) const;
+  // That sum, integrated over time up to the start of the present tick.
+  std::int64_t load_us(int robot) const {
+    const Part& part = parts_[index(robot)];
+    return part.loaded * tick_start_us_ - part.loaded_moment;
+  }
   // Outputs are connected while a robot's program runs.
   void connect(int robot, bool on, std::int64_t us);
 
@@ -70,11 +75,13 @@ class Motors {
     Calibration calibration;  // what the program sees
     std::uint8_t left = 0, right = 0;
     bool connected = false;
-    bool listed = false;        // in changed_
-    float strength = 1;         // what the battery leaves of the speed
-    std::int32_t since_us = 0;  // start of the present segment
-    Velocity now;               // with the present duties
-    Velocity sum;               // velocity x microseconds, of the tick's segments so far
+    bool listed = false;             // in changed_
+    float strength = 1;              // what the battery leaves of the speed
+    std::int32_t since_us = 0;       // start of the present segment
+    std::int32_t loaded = 0;         // load() in it
+    std::int64_t loaded_moment = 0;  // sum of its changes, each times when it came
+    Velocity now;                    // with the present duties
+    Velocity sum;                    // velocity x microseconds, of the tick's segments so far
   };
   // A turn rate that wanders (Ornstein-Uhlenbeck), tick by tick while its robot moves.
   struct Wander {
