@@ -189,7 +189,7 @@ def sim_many(bench):
 
 
 def sim_speed(bench):
-    """Robot-seconds per second of processor time, beside a bare reference and textbook ODE; writes README's table."""
+    """Robot-seconds per second of processor time, beside a bare reference and textbook ODE; writes the table of docs/simulator-speed.md."""
     done = subprocess.run([bench.built("bench_simulator"), "--benchmark_format=json", "--benchmark_filter=_at_48$|/1000_at_400$"], capture_output=True, text=True)
     if done.returncode != 0:
         raise Failed(f"bench_simulator ended with {done.returncode}: {done.stderr.strip()[-200:]}")
@@ -213,7 +213,7 @@ def sim_speed(bench):
         parts = {name[:-3]: value for name, value in counters.get(f"parts/{key}", {}).items() if name.endswith("_us")}
         print(f"  {words}: " + ", ".join(f"{name} {value:.3f} us" for name, value in parts.items()) + " per robot and second")
     print("\n".join("  " + line for line in lines))
-    write_between(ROOT / "README.md", SPEED_PLACE, f"Commit {commit()}, {machine()}, one run of {time.strftime('%Y-%m-%d')}:\n\n" + "\n".join(lines) + "\n")
+    write_between(ROOT / "docs/simulator-speed.md", SPEED_PLACE, f"Commit {commit()}, {machine()}, one run of {time.strftime('%Y-%m-%d')}:\n\n" + "\n".join(lines) + "\n")
     shares = " ".join(f"{rate[f'fast/{key}'] / rate[f'bare/{key}']:.2f}" for key, *_ in SIZES)
     ratios = " ".join(f"{rate[f'ode/{key}'] / rate[f'fast/{key}']:.2f}" for key, *_ in SIZES)
     return (met, f"ode of fast {ratios}; fast of bare {shares}, growth {growth:.2f}x",

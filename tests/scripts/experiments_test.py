@@ -134,10 +134,10 @@ class Figures(unittest.TestCase):
                 done = subprocess.run([ROOT / "build/release/arkmesh", "batch", short, "--index", "0", "--out", out], capture_output=True, text=True, timeout=600)
                 self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
-    def test_readme_has_the_marks(self):
-        """README has the three places that the script writes to."""
-        text = (ROOT / "README.md").read_text()
-        for name in ("validated", "DHTF", "CRE"):
+    def test_pages_have_the_marks(self):
+        """README has the place that the script writes to, and the page those that the paper quotes."""
+        for page, name in (("README.md", "validated"), ("docs/experiments.md", "DHTF"), ("docs/experiments.md", "CRE")):
+            text = (ROOT / page).read_text()
             self.assertEqual((text.count(f"<!-- {name}: written by tests/figures/experiments -->\n"), text.count(f"<!-- {name}: written by tests/figures/experiments: end -->")), (1, 1))
 
 

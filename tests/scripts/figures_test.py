@@ -1,4 +1,4 @@
-"""The list of figures in documents, and the table of speeds in the README."""
+"""The list of figures in documents, and the simulator's table of speeds."""
 import json
 import pathlib
 import tomllib
@@ -23,8 +23,8 @@ class Figures(unittest.TestCase):
             self.assertIn(name, records)
 
     def test_the_speed_table_is_todays(self):
-        """README's table of speeds has the columns that its script writes, and tells commit and machine."""
-        text = (ROOT / "README.md").read_text().split(f"<!-- {measure_simulator.SPEED_PLACE} -->\n")[1].split(f"<!-- {measure_simulator.SPEED_PLACE}: end -->")[0]
+        """The table of speeds has the columns that its script writes, and tells commit and machine."""
+        text = (ROOT / "docs/simulator-speed.md").read_text().split(f"<!-- {measure_simulator.SPEED_PLACE} -->\n")[1].split(f"<!-- {measure_simulator.SPEED_PLACE}: end -->")[0]
         self.assertRegex(text.splitlines()[0], r"^Commit [0-9a-f]{12}, .+, one run of \d{4}-\d\d-\d\d:$")
         rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
         self.assertEqual(rows[0], measure_simulator.SPEED_HEADER)
