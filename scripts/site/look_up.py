@@ -2,11 +2,16 @@
 import os
 import pathlib
 import re
+import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts/package"))
 import pages  # noqa: E402
+
+
+def output(*command):
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
 def words(text):
@@ -43,7 +48,7 @@ def commands(program):
         return out + (blocks(command.end) if command.end and command.end != whole.end else "")
 
     rows = [[f"[{each.words[0]}](#arkmesh-{each.words[0]})", words(each.purpose)] for each in whole.subcommands]
-    return (f"# Commands\n\nEach command says by `--help` what stands here.\n\n{table(['arkmesh', 'what it does'], rows)}{blocks(whole.end)}"
+    return (f"# Commands\n\nThe output of `--help` of each command.\n\n{table(['arkmesh', 'what it does'], rows)}{blocks(whole.end)}"
             + "".join(section(each, 2) for each in whole.subcommands))
 
 
@@ -79,7 +84,7 @@ def counters_of(file):
 
 def counters(root):
     """The tables of counters in the READMEs of the folders below `root`, which afterwards lead here."""
-    out = ("# Counters\n\nWhatever is dropped, replaced, late or refused is counted. `arkmesh status` shows the counters of a lab that runs, and "
+    out = ("# Counters\n\nEverything dropped, replaced, late or refused is counted. `arkmesh status` shows the counters of a running lab; "
            "`result.json` holds them afterwards.\n\n")
     for file in sorted(root.rglob("README.md")):
         text, found = file.read_text(), counters_of(file)
@@ -89,5 +94,5 @@ def counters(root):
         here = re.sub(r"\]\((?!#|\w+:)([^)]+)\)", lambda link: f"]({os.path.relpath(folder / link[1], 'docs')})", found[1])
         out += f"## {folder}\n\n{here.strip()}\n\n"
         there = os.path.relpath("docs/counters.md", folder) + "#" + str(folder).replace("/", "")
-        file.write_text(text.replace(found[0], f"## Counters\n\nThe page on [counters]({there}) has them.\n\n"))
+        file.write_text(text.replace(found[0], f"## Counters\n\nSee [counters]({there}).\n\n"))
     return out

@@ -1,11 +1,9 @@
-// The table of keys in the documentation, the sample, and configurations that are wrong in many ways.
+// The sample of all keys, and configurations that are wrong in many ways.
 #include "app/config_keys.hpp"
 
 #include <doctest/doctest.h>
 
 #include <chrono>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -21,11 +19,6 @@
 using namespace arkmesh;
 
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 // Everything of a simulated DHTF lab but its robots.
 void read_lab(const hal::Config& config) {
@@ -51,12 +44,6 @@ std::string refusal(const std::filesystem::path& file, const std::vector<std::st
 }
 
 }  // namespace
-
-TEST_CASE("docs/keys.md holds the table of keys as it is") {
-  // Whoever adds a key runs scripts/document_keys.
-  const std::string page = text_of(tests::experiments().parent_path() / "docs" / "keys.md");
-  CHECK(page.find(hal::print_keys(app::all_keys())) != std::string::npos);
-}
 
 TEST_CASE("the sample is a lab that runs") {
   tests::TemporaryDirectory folder;

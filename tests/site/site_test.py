@@ -88,8 +88,15 @@ class Site(unittest.TestCase):
                 self.assertNotRegex(paragraph, r"(?m)^ *(?:[-*] |\d+\. |```|\| )", file.relative_to(self.folder))
 
     def test_what_is_made_is_whole(self):
-        """The pages that are made have every command, type and table of counters."""
+        """The pages that are made have every command, key, type, table of counters and program."""
         commands, messages, counters = (self.pages[self.folder / f"docs/{name}.html"] for name in ("commands", "messages", "counters"))
+        table = subprocess.run([ROOT / "build/release/arkmesh", "config", "--keys"], capture_output=True, text=True, check=True).stdout
+        keys = (self.folder / "docs/keys.html").read_text()
+        for name in re.findall(r"^\| `([^`<]+)`", table, re.M):
+            self.assertIn(f"<code>{name}</code>", keys)
+        gallery = (self.folder / "docs/controllers-gallery.html").read_text()
+        for program in (ROOT / "tests/programs").glob("*.c"):
+            self.assertIn(program.stem, gallery)
         said = subprocess.run([ROOT / "build/release/arkmesh", "--help"], capture_output=True, text=True, check=True).stdout
         for name in re.findall(r"^  (\S+)", said.partition("Subcommands:\n")[2], re.M):
             self.assertIn(f"arkmesh-{name}", commands.names)
@@ -111,7 +118,7 @@ class Site(unittest.TestCase):
             addresses = [each.get_attribute("href") for each in found]
             self.assertTrue(any("docs/keys.html" in each for each in addresses), addresses)
             driver.get(next(each for each in addresses if "docs/keys.html" in each))
-            self.assertEqual(driver.find_element("tag name", "h1").text.rstrip("\u00b6"), "Keys of configuration files")
+            self.assertEqual(driver.find_element("tag name", "h1").text.rstrip("\u00b6"), "Configuration files")
             self.assertEqual([each for each in driver.get_log("browser") if each["level"] == "SEVERE"], [])
 
 

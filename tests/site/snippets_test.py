@@ -43,10 +43,10 @@ BEFORE = {
     "your-first-testbed.md": EMULATOR + KILOLIB + "arkmesh controller build experiments/light_up/light_up.c -o prog.hex --kilolib kilolib\n"
         "arkmesh emulator experiments/emulator/roark.toml --chessboard 9 boards\n"
         "for each in boards/*.png; do cp $each board${each##*-}; done\n"
-        "curl -so arena.png http://127.0.0.1:8090/camera0.jpg\n",
+        "curl -so arena.png http://127.0.0.1:8090/camera0.jpg\n"
+        "arkmesh testbed record experiments/dhtf/roark_emulated.toml --out day1-ten --seconds 2"
+            " --set 'shared.labs=[\"roark\"]' --set shared.owner=roark\n",
     "virtual-sensors.md": "export PYTHONPATH=$(arkmesh scenario path)\n",
-    "first-hardware-day.md": "arkmesh testbed record experiments/dhtf/roark_emulated.toml --out day1-ten --seconds 2"
-        " --set 'shared.labs=[\"roark\"]' --set shared.owner=roark\n",
 }
 # What stands on a page for something that this machine does not have.
 STAND_INS = {"/dev/ttyUSB0": "tcp://127.0.0.1:8091", "a.example.org": "127.0.0.1", "/usr/share/arkmesh/experiments": f"{ROOT}/experiments",
