@@ -1,6 +1,6 @@
 // The page of a lab or of a recorded run, for browsers: HTTP and WebSocket on an event loop. It does not know what
 // messages mean: it passes LCM messages on as they are, of each channel the newest, sampled, and the page decodes them.
-// docs/view-protocol.md has what goes over the wire. Who owns a server feeds it with show() and answers viewers with a
+// view/PROTOCOL.md has what goes over the wire. Who owns a server feeds it with show() and answers viewers with a
 // Desk. Nothing here blocks, and no viewer can make it hold much: messages wait as the newest of their channel, answers
 // and events up to a limit.
 #pragma once

@@ -24,7 +24,7 @@ struct Parcel {
 
 enum class Kind : std::uint8_t { message = 1, picture = 2 };
 
-// The bytes of a message or picture as docs/view-protocol.md has them. `channel` has at most 255 bytes; longer ones are
+// The bytes of a message or picture as view/PROTOCOL.md has them. `channel` has at most 255 bytes; longer ones are
 // cut.
 std::string frame(Kind kind, int lab, std::uint32_t request, std::int64_t t_us, std::string_view channel,
                   std::span<const std::byte> data);

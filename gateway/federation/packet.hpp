@@ -1,6 +1,6 @@
 // What gateways tell each other through a server that is trusted with forwarding only: the fields of one packet. Each
 // pair of labs has two streams of bytes, one each way; a packet carries pieces of the streams to one peer or to many,
-// and bytes that are the same for many are in it once. The layout is in docs/gateway-protocol.md. Pure.
+// and bytes that are the same for many are in it once. The layout is in gateway/PROTOCOL.md. Pure.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // Frames on a byte stream between two gateways: length-prefixed, with checksums over header and payload. Knows nothing
-// of sockets. All integers are big-endian; the layout is in docs/gateway-protocol.md.
+// of sockets. All integers are big-endian; the layout is in gateway/PROTOCOL.md.
 #pragma once
 
 #include <cstddef>

@@ -74,7 +74,7 @@ const Type& type_for() {
   static const Type& type = *types().find(static_cast<std::uint64_t>(Message::getHash()));
   return type;
 }
-// The same as text, for who reads them elsewhere: docs/view-protocol.md and make_types.py say how it is made.
+// The same as text, for who reads them elsewhere: view/PROTOCOL.md and make_types.py say how it is made.
 std::string_view types_json();
 
 }  // namespace arkmesh::hal::layout

@@ -1,4 +1,4 @@
-// The page of recorded runs: one run, the runs of a batch, or two runs side by side. Answers what docs/view-protocol.md
+// The page of recorded runs: one run, the runs of a batch, or two runs side by side. Answers what view/PROTOCOL.md
 // lets a viewer ask; commands nothing.
 #pragma once
 

@@ -1,4 +1,4 @@
-"""What the documents promise is there: tests that decisions.md names, and files that documents link to."""
+"""What the documents promise is there: tests that tests/README.md names, and files that documents link to."""
 import functools
 import json
 import pathlib
@@ -86,8 +86,8 @@ class Documents(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_named_tests_exist(self):
-        """Every `folder: name` in docs/decisions.md is a TEST_CASE of that folder."""
-        rows = re.search(r"## Claims.*?(?=\n## )", (ROOT / "docs/decisions.md").read_text(), re.S)[0]
+        """Every `folder: name` among the claims of tests/README.md is a TEST_CASE of that folder."""
+        rows = re.search(r"## Claims.*?(?=\n## )", (ROOT / "tests/README.md").read_text(), re.S)[0]
         names = re.findall(r"`([a-z_]+): ([^`]+)`", rows.replace("`folder: name of the test case`", ""))
         self.assertGreater(len(names), 10)
         for folder, name in names:
