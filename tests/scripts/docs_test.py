@@ -65,9 +65,13 @@ class Paper(unittest.TestCase):
 
 
 class Documents(unittest.TestCase):
-    def test_the_kits_table_is_that_of_its_docstrings(self):
-        done = subprocess.run([ROOT / "scripts/document_kit", "--check"], capture_output=True, text=True)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+    def test_the_page_of_sensors_lists_the_kit(self):
+        """Each piece of the kit's table, which the site has, stands on the page of virtual sensors."""
+        table = subprocess.run([ROOT / "scripts/document_kit"], check=True, capture_output=True, text=True).stdout
+        pieces = re.findall(r"^\| `lab\.(\w+)\(", table, re.M)
+        self.assertGreater(len(pieces), 8)
+        page = (ROOT / "docs/virtual-sensors.md").read_text()
+        self.assertEqual([piece for piece in pieces if f"`{piece}`" not in page], [])
 
     def test_code_compiles(self):
         """Every block of C++ in README and docs compiles against the sources, each where its kind of fragment stands."""

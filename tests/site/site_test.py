@@ -94,6 +94,7 @@ class Site(unittest.TestCase):
         keys = (self.folder / "docs/keys.html").read_text()
         for name in re.findall(r"^\| `([^`<]+)`", table, re.M):
             self.assertIn(f"<code>{name}</code>", keys)
+        self.assertIn("lab.eyes(sectors=8", (self.folder / "docs/virtual-sensors.html").read_text())
         gallery = (self.folder / "docs/controllers-gallery.html").read_text()
         for program in (ROOT / "tests/programs").glob("*.c"):
             self.assertIn(program.stem, gallery)
