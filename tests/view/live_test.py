@@ -140,7 +140,7 @@ int main() { kilo_init(); debug_init(); kilo_start(setup, loop); return 0; }
             self.assertEqual([b.text for b in self.driver.find_elements(By.CSS_SELECTOR, ".control button") if b.is_displayed()],
                              ["Pause", "Resume", "Restart", "Next seed", "Slower", "Faster"])
             # panels of labs have nothing to say here
-            self.assertEqual([s.text for s in self.driver.find_elements(By.CSS_SELECTOR, "#side > details > summary") if s.is_displayed()], ["Clock and gate", "Robot", "Channels", "Events"])
+            self.assertEqual([s.text for s in self.driver.find_elements(By.CSS_SELECTOR, "#side > details > summary") if s.is_displayed()], ["World", "Robot", "Channels", "Events"])
             self.driver.execute_script("arkmesh.options.set({pick: {lab: 'talks.c', id: 2}})")
             says("Printed by its program", "n is ", "hello from 2", "seed 7, at most 2 times life speed")
             self.until(f"{clock} > 30e6")  # after the restart the clock shows less for so long

@@ -16,7 +16,7 @@ import { View } from "../../view/page/stage/view.js";
 import { World } from "../../view/page/world/world.js";
 import { align, values_at } from "../../view/page/panels/counts.js";
 import { describe } from "../../view/page/panels/channels.js";
-import { clock_rows, gate_words } from "../../view/page/panels/clock.js";
+import { gate_words, lab_words } from "../../view/page/panels/clock.js";
 import { differences } from "../../view/page/panels/runs.js";
 import { ended_words, silence_words } from "../../view/page/panels/notices.js";
 import { kept_words, names, own_words, robots_words, standing_words } from "../../view/page/world/status.js";
@@ -157,6 +157,12 @@ test("the parts of a frame make one fleet", () => {
   lab.absorb("poses", poses(0, 0.2, 1, 2, 2000), 0);
   assert.deepEqual(lab.robots.map((r) => r.id), [1, 2000]);
   for (const [part, parts] of [[0, 2 ** 31 - 1], [2, 2], [-1, 2], [0, 0]]) assert.throws(() => lab.absorb("poses", poses(0, 0, part, parts), 0), DecodeError);
+});
+
+test("a trail tells what came since a time, also when its oldest points are gone", () => {
+  const trail = new Trail(4);
+  for (let i = 0; i < 6; ++i) trail.add(i * 2 * step_m, 0, i * 1000); // serial numbers 2 to 5 are kept
+  assert.deepEqual([0, 2000, 2001, 4500, 5000, 5001].map((t) => trail.since(t)), [2, 2, 3, 5, 5, 6]);
 });
 
 test("a trail keeps the newest points, and only steps that can be seen", () => {
@@ -412,9 +418,9 @@ test("a command was only said; what comes of it is told from statuses that are n
 });
 
 test("the gate is told from phase and outcome, not from sentences", () => {
-  assert.equal(gate_words(status({ phase: 1, state: "waiting for roark: link down" })), "◔ shark waits for roark: link down");
-  assert.match(gate_words(status({ state: "anything" })), /runs, waits for nobody/);
-  assert.match(gate_words(paused({ not_standing: unseen })), /^❚❚ robots kept still by the operator, lab time runs on; .* not seen to: 17/);
+  assert.equal(gate_words(status({ phase: 1, state: "waiting for roark: link down" })), "◔ waiting for roark: link down");
+  assert.match(gate_words(status({ state: "anything" })), /^▶ running$/);
+  assert.match(gate_words(paused({ not_standing: unseen })), /^❚❚ robots told to stand by the operator; lab time continues; .* not seen to: 17/);
   assert.match(gate_words(paused({ phase: 4, outcome: 2, kept_still: "end" })), /^■ ended: stopped; .*seen to stand$/);
 });
 
@@ -422,11 +428,13 @@ test("of a recorded run the panel tells the period of the moment that is shown, 
   const lab = new Lab(0, "shark");
   lab.absorb("status", status({ stamp_us: 260_400_000, period: 130, last_period: 300, speed: 87.5 }), 260_400_000);
   lab.absorb("shared", { ...shared(0), stamp_us: 300_000_000, period: 150 }, 300_000_000);
-  const rows = Object.fromEntries(clock_rows(lab, true));
-  assert.deepEqual(rows, { clock: "5:00.0", period: "150 of 300, 2 s each", said: "at 4:20.4: running", speed: "87.5× up to 4:20.4", arena: "–" });
-  assert.equal(Object.fromEntries(clock_rows(new Lab(0, "shark"), true)).said, undefined);
-  const live = Object.fromEntries(clock_rows(lab, false));
-  assert.deepEqual([live.period, live.speed, live.gate], ["130 of 300, 2 s each", "87.5×, real time", "▶ runs, waits for nobody"]);
+  assert.deepEqual(lab_words(lab, true), { time: "5:00.0", period: "150 of 300", speed: "87.5×", arena: "", says: "", attention: false });
+  lab.absorb("status", status({ stamp_us: 260_400_000, period: 130, last_period: 300, speed: 87.5, phase: 1, state: "waiting for roark" }), 260_400_000);
+  assert.equal(lab_words(lab, true).says, "at 4:20.4: waiting for roark");
+  assert.equal(lab_words(new Lab(0, "shark"), true).says, "");
+  lab.absorb("status", status({ stamp_us: 260_400_000, period: 130, last_period: 300, speed: 87.5 }), 260_400_000);
+  const live = lab_words(lab, false);
+  assert.deepEqual([live.period, live.speed, live.says], ["130 of 300", "87.5×", "▶ running"]);
   assert.deepEqual(values_at([{ name: "shark.a.b", t_s: [0, 10, 20], y: [0, 1, 2] }, { name: "shark.c", t_s: [30], y: [1] }], 19.9, ["roark", "shark"]), [{ lab: "shark", name: "a.b", n: 1 }]);
 });
 

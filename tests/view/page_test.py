@@ -94,10 +94,10 @@ class PageTest(unittest.TestCase):
                          [(i, p["x_m"], p["y_m"], p["heading_rad"], p["led"]) for i, p in enumerate(pose(i, t_us) for i in range(12))])
         ghost = self.js("return arkmesh.world.labs[0].ghosts[0].robots.find((g) => g.id === 4)")
         self.assertLess(abs(ghost["x"] - pose(4, 0, 0.5)["x_m"] * 2), 0.2)
-        self.until("return /runs, waits for nobody/.test(document.getElementById('side').innerText)")
-        self.until("return /shark waits for roark: link down/.test(document.getElementById('side').innerText)")
+        self.until("return /▶ running/.test(document.getElementById('side').innerText)")
+        self.until("return /waiting for roark: link down/.test(document.getElementById('side').innerText)")
         self.until("return /to_robots.replaced/.test(document.getElementById('side').textContent) && /round trip\\s+850 µs/.test(document.getElementById('side').innerText)")
-        self.js("[...document.querySelectorAll('#side summary')].find((s) => /reasons? of drops/.test(s.textContent)).click()")
+        self.js("[...document.querySelectorAll('#side summary')].find((s) => /^dropped for/.test(s.textContent)).click()")
         self.until("return document.querySelector('#side dl').innerText !== arguments[0]", self.js("return document.querySelector('#side dl').innerText"))  # panels are written anew
         self.until("return /to_robots.replaced/.test(document.getElementById('side').innerText)")  # what was unfolded stays so
         self.assertEqual(self.js("return [...arkmesh.world.not_understood]"), [])
@@ -154,7 +154,7 @@ class PageTest(unittest.TestCase):
         ActionChains(self.driver).move_to_element_with_offset(stage, *self.at_robot(0, 2)).click().perform()
         self.assertEqual(self.until("return arkmesh.options.pick"), {"lab": "shark", "id": 2})
         self.until("return /robot\\s+shark\\/2/.test(document.getElementById('side').innerText) && /Newest messages/.test(document.getElementById('side').innerText)")
-        self.until("return document.querySelector('#side h3 + table')")
+        self.until("return document.querySelector('#side h2 + table')")
         self.driver.find_element(By.TAG_NAME, "body").send_keys("f")
         self.until("const p = arkmesh.stage.panes.list[0], r = arkmesh.world.labs[0].robots[2]; return Math.abs(p.view.x_m - r.x) < 0.02 && Math.abs(p.view.y_m - r.y) < 0.02")
         self.driver.find_element(By.TAG_NAME, "body").send_keys("f0m")
@@ -163,6 +163,51 @@ class PageTest(unittest.TestCase):
         self.drag((-200, 0), (100, 0))
         words = self.until("return arkmesh.options.ruler?.words")
         self.assertAlmostEqual(float(words.split()[0]) / 1000, 100 / px_per_m, delta=2 / px_per_m)
+
+    def test_what_somebody_selects_stays_selected(self):
+        """Panels are written anew four times a second, and a text in them can be copied all the same."""
+        self.open(self.serve())
+        self.until("return /▶ running/.test(document.getElementById('side').innerText)")
+        self.js("const cell = document.querySelector('.world td[colspan]'); getSelection().selectAllChildren(cell); window.selected = getSelection().toString()")
+        time_then = self.js("return document.querySelector('.world tr td').textContent")
+        self.until("return document.querySelector('.world tr td').textContent !== arguments[0]", time_then)
+        self.assertEqual(*self.js("return [getSelection().toString(), selected]"))
+        self.assertIn("robots", self.js("return selected"))
+
+    def test_keys_can_be_switched_off(self):
+        """A single key acts, unless the box in the help says otherwise; the browser remembers that."""
+        server = self.serve()
+        self.open(server)
+        body = self.driver.find_element(By.TAG_NAME, "body")
+        body.send_keys("m")
+        self.until("return arkmesh.options.tool === 'measure'")
+        self.js("document.getElementById('keys-on').click()")
+        body.send_keys("l")
+        self.drawn()
+        self.assertEqual(self.js("return [arkmesh.options.tool, localStorage.getItem('arkmesh.keys')]"), ["measure", "off"])
+        self.open(server)
+        self.assertFalse(self.js("return document.getElementById('keys-on').checked"))
+        self.js("document.getElementById('keys-on').click()")
+        self.driver.find_element(By.TAG_NAME, "body").send_keys("m")
+        self.until("return arkmesh.options.tool === 'measure'")
+
+    def test_the_address_holds_what_is_shown(self):
+        """Picked robot and layers stand in the address, and who opens it sees the same."""
+        server = self.serve(speed=0.1)
+        self.open(server)
+        self.js("arkmesh.options.set({pick: {lab: 'shark', id: 2}}); arkmesh.options.toggle('labels')")
+        self.until("return location.hash === '#robot=shark/2&layers=trails,ghosts,overlay,pictures'")
+        self.driver.refresh()
+        self.until("return window.arkmesh?.options.pick?.id === 2 && !arkmesh.options.shown.labels && arkmesh.options.shown.trails")
+
+    def test_a_distance_is_measured_within_one_arena(self):
+        """A drag from one lab's arena into another's has no length: each has metres of its own."""
+        self.open(self.serve(speed=0.1))
+        self.driver.find_element(By.TAG_NAME, "body").send_keys("m")
+        panes = self.js("return arkmesh.stage.panes.list.map((p) => p.rectangle)")
+        across = (0, panes[1]["y"] - panes[0]["y"]) if panes[1]["x"] == panes[0]["x"] else (panes[1]["x"] - panes[0]["x"], 0)
+        self.drag((-across[0] // 2, -across[1] // 2), (int(across[0]), int(across[1])))
+        self.assertEqual(self.until("return arkmesh.options.ruler?.words"), "measure within one arena")
 
     def test_only_who_has_the_token_controls(self):
         """Without a token there is no button to press, and the key sends nothing; with a wrong one neither."""
@@ -363,9 +408,9 @@ class PageTest(unittest.TestCase):
         self.until("return arkmesh.player.t_us === 60000000 && !arkmesh.player.playing")
         self.assertGreater(time.monotonic() - begin, 1.8, "40 s of lab time at 20x")
         self.assertEqual(self.js("return arkmesh.world.labs[1].newest.get('poses').t_us"), 60_000_000)
-        self.until(r"return /period\s+30 of 30, 2 s each\s+said\s+at 1:00.0: running\s+speed\s+20.0× up to 1:00.0/.test(document.getElementById('side').innerText)")
-        self.assertNotRegex(self.text(), "waits for nobody|can wait|real time")
-        self.until(r"return /^\s*shark\s+completed\s+1$/.test(document.querySelector('.counts').innerText)")  # as the curve, not as the newest status
+        self.until(r"return /shark\s+1:00.0\s+30 of 30\s+20.0×/.test(document.getElementById('side').innerText)")
+        self.assertNotRegex(self.text(), "▶|can wait|real time")
+        self.until(r"return /^\s*count\s+shark\s+completed\s+1$/.test(document.querySelector('.counts').innerText)")  # as the curve, not as the newest status
         self.js("[...document.querySelectorAll('.events button')].find((b) => b.textContent === '0:50.0').click()")
         self.until("return arkmesh.world.labs[0].robots[1]?.x === arguments[0]", pose(1, 50_000_000)["x_m"])
 

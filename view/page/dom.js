@@ -18,6 +18,27 @@ export function h(tag, attributes = {}, ...children) {
 }
 
 /**
+ * Gives a place these children, and changes only what differs: texts that somebody selects stay selected, and what has the focus keeps it.
+ * Listeners of elements that stay are those of before.
+ * @param {Element} place @param {...(Node | string | null | undefined | false)} children
+ */
+export function patch(place, ...children) {
+  const wanted = children.filter((c) => c !== null && c !== undefined && c !== false).map((c) => (typeof c === "string" ? document.createTextNode(c) : /** @type {Node} */ (c)));
+  wanted.forEach((node, i) => {
+    const old = place.childNodes[i];
+    if (!old) place.append(node);
+    else if (old.nodeName !== node.nodeName) old.replaceWith(node);
+    else if (old instanceof Text) old.data !== node.textContent && (old.data = node.textContent ?? "");
+    else if (old instanceof Element && node instanceof Element) {
+      for (const { name } of [...old.attributes]) if (!node.hasAttribute(name)) old.removeAttribute(name);
+      for (const { name, value } of node.attributes) if (old.getAttribute(name) !== value) old.setAttribute(name, value);
+      patch(old, ...node.childNodes);
+    }
+  });
+  while (place.childNodes.length > wanted.length) place.lastChild?.remove();
+}
+
+/**
  * A name that may be broken behind its dots, lines and colons, and nowhere else.
  * @param {string} name
  */

@@ -1,4 +1,5 @@
 // The page: makes its parts and joins them.
+import { Address } from "./stage/address.js";
 import { Connection } from "./wire/connection.js";
 import { CameraPicture } from "./draw/camera_picture.js";
 import { ChannelsPanel } from "./panels/channels.js";
@@ -23,7 +24,7 @@ import { Types } from "./wire/lcm.js";
 import { ViewBar } from "./panels/view_bar.js";
 import { World } from "./world/world.js";
 import { find } from "./draw/robots.js";
-import { counted } from "./words.js";
+import { counted, time_words } from "./words.js";
 import { redeem_token } from "./wire/token.js";
 
 /** Panels are written so often, milliseconds. */
@@ -53,7 +54,10 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 const world = new World(new Types(types));
 const options = new Options();
 const stage = new Stage(place("stage"), world, options, new Colours(colour_table, dark.matches));
-dark.addEventListener("change", () => stage.recolour(new Colours(colour_table, dark.matches)));
+dark.addEventListener("change", () => {
+  stage.recolour(new Colours(colour_table, dark.matches));
+  counts.recolour();
+});
 
 const notices = new Notices(place("banner"));
 place("banner").after(notices.kept, notices.ended);
@@ -81,6 +85,7 @@ const panels = [new RunsPanel(world, player, (about) => hello(about)), new Clock
   new FaultsPanel((lab, line) => ask({ fault: { lab: lab.index, line } }, line), () => control.may), counts, new LinksPanel(), new ChannelsPanel(),
   new EventsPanel((t_us) => recorded() && player.seek(t_us))];
 place("bar").append(control.element, view_bar.element);
+const address = new Address(options, player, world);
 place("side").append(...panels.map((panel) => panel.element));
 place("bottom").append(scrub.element);
 
@@ -114,7 +119,7 @@ function show(frame) {
   const lab = world.labs[frame.lab];
   if (frame.kind === "picture") {
     const picture = lab && stage.pictures.get(lab)?.find((p) => p.camera.name === frame.channel);
-    picture?.take(frame.data).then((used) => used && (stage.pictures_version += 1));
+    picture?.take(frame.data, frame.t_us).then((used) => used && (stage.pictures_version += 1));
     return;
   }
   const taken = world.take(frame);
@@ -197,6 +202,7 @@ function hello(value) {
   scrub.element.hidden = !recorded();
   player.introduce(recorded() ? (value.length_us ?? 0) : 0, Boolean(value.growing));
   player.reconnect();
+  address.restore();
   counts.set([], recorded());
   player.ask({ series: {} }).then(({ answer }) => answer.series && counts.set(answer.series, recorded()));
   if (!recorded()) return;
@@ -218,8 +224,10 @@ function write_panels() {
   for (const panel of panels) panel.update(world);
   notices.update(world, performance.now());
   control.update();
-  view_bar.update(world.labs.length > 1, control.may && Boolean(world.about.emulator?.some(Boolean)));
+  view_bar.update(world.labs, control.may && Boolean(world.about.emulator?.some(Boolean)));
   if (recorded()) scrub.update();
+  place("now").textContent = recorded() || !world.labs.length ? "" : time_words(world.t_us);
+  address.save();
   const unread = [...world.not_understood.values()].reduce((a, b) => a + b, 0) + connection.refused;
   place("unread").textContent = (unread ? `${counted(unread, "message")} not understood. ` : "") + (world.replaced ? `${world.replaced} skipped for this viewer.` : "");
   place("unread").title = [...world.not_understood].map(([why, n]) => `${n}: ${why}`).join("\n");

@@ -9,19 +9,22 @@ export class CameraPicture {
     this.busy = false;
     /** @type {ImageBitmap | null} */
     this.newest = null;
+    /** Lab time of the newest, microseconds. */
+    this.t_us = 0;
   }
 
   /**
    * Takes a JPEG; one that comes while another is being read is left out. False: it was not used.
-   * @param {Uint8Array} jpeg
+   * @param {Uint8Array} jpeg @param {number} t_us its lab time
    */
-  async take(jpeg) {
+  async take(jpeg, t_us) {
     if (this.busy) return false;
     this.busy = true;
     try {
       const before = this.newest;
       this.newest = await createImageBitmap(new Blob([jpeg], { type: "image/jpeg" }));
       before?.close();
+      this.t_us = t_us;
       return true;
     } catch (error) {
       if (error instanceof DOMException) return false; // no JPEG

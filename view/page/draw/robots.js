@@ -71,13 +71,13 @@ export function draw_ghosts(c, lab, p, sprites, px, scales) {
   c.globalAlpha = 1;
 }
 
-/** @param {Context} c @param {Lab} lab @param {Placement} p @param {Sprites} sprites @param {number} px */
-export function draw_robots(c, lab, p, sprites, px) {
+/** @param {Context} c @param {Lab} lab @param {Placement} p @param {Sprites} sprites @param {number} px @param {boolean} rings see-through, over a camera picture */
+export function draw_robots(c, lab, p, sprites, px, rings) {
   const radius = radius_of(lab, p, px, lab.own, new Map());
   for (const r of lab.robots) {
     const doubtful = r.confidence < 0.5;
     if (doubtful) c.globalAlpha = 0.45;
-    robot(c, r, p, sprites, radius, false);
+    robot(c, r, p, sprites, radius, false, rings);
     if (doubtful) c.globalAlpha = 1;
   }
 }
@@ -145,9 +145,9 @@ function name_label({ words, ghost }, sprites, px) {
   return { image: label(words, ghost ? trail : ink, halo, size_px), size_px };
 }
 
-/** @param {Context} c @param {{x: number, y: number, heading: number, led: number}} r @param {Placement} p @param {Sprites} sprites @param {number} radius @param {boolean} ghost */
-function robot(c, r, p, sprites, radius, ghost) {
-  const sprite = sprites.robot(r.led, r.heading + p.turn_rad, radius, ghost);
+/** @param {Context} c @param {{x: number, y: number, heading: number, led: number}} r @param {Placement} p @param {Sprites} sprites @param {number} radius @param {boolean} ghost @param {boolean} [ring] */
+function robot(c, r, p, sprites, radius, ghost, ring = false) {
+  const sprite = sprites.robot(r.led, r.heading + p.turn_rad, radius, ghost, ring);
   const half = sprite.width / 2;
   c.drawImage(sprite, Math.round(p.x(r.x, r.y) - half), Math.round(p.y(r.x, r.y) - half));
 }

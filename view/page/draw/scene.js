@@ -14,7 +14,7 @@ import { Places } from "./label_place.js";
  * @typedef {{labels: boolean, trails: boolean, ghosts: boolean, overlay: boolean, pictures: boolean}} Shown
  * @typedef {{labs: {lab: Lab, placement: Placement}[], rectangle: Rectangle, title: string}} Pane labs: one, or all of a shared frame
  * @typedef {{pane: Pane, sprites: import("./sprites.js").Sprites, px: number, shown: Shown, pictures: Map<Lab, import("./camera_picture.js").CameraPicture[]>,
- *   scales: Map<string, number>, pick: import("./robots.js").Pick | null, path: {x: number, y: number}[], ruler: {a: {x: number, y: number}, b: {x: number, y: number}, words: string} | null}} Scene ruler in pixels
+ *   trail_us: number, scales: Map<string, number>, pick: import("./robots.js").Pick | null, path: {x: number, y: number}[], ruler: {a: {x: number, y: number}, b: {x: number, y: number}, words: string} | null}} Scene ruler in pixels
  * @typedef {CanvasRenderingContext2D} Context
  */
 
@@ -45,9 +45,9 @@ export function floor_layer(c, { pane, sprites, px, shown, pictures }) {
 }
 
 /** @param {Context} c @param {Scene} scene */
-export function trail_layer(c, { pane, sprites, px, shown }) {
+export function trail_layer(c, { pane, sprites, px, shown, trail_us }) {
   if (!shown.trails) return;
-  for (const { lab, placement } of pane.labs) draw_trails(c, lab.trails.values(), placement, sprites.colours.inks.trail, px);
+  for (const { lab, placement } of pane.labs) draw_trails(c, lab.trails.values(), placement, sprites.colours.inks.trail, px, lab.t_us, trail_us);
 }
 
 /**
@@ -64,6 +64,25 @@ export function names_of({ pane, sprites, px, shown, scales }) {
   return place_names(pane.labs, sprites, px, scales, shown.ghosts && pane.labs.length === 1, places);
 }
 
+/** A camera picture that is older is labelled with its age, microseconds. */
+const picture_old_us = 500_000;
+
+/**
+ * Whether robots lie over a camera picture: then they are rings, so that the eye can judge the tracker.
+ * @param {Scene} scene @param {Lab} lab
+ */
+function camera_over({ shown, pictures }, lab) {
+  return shown.pictures && (pictures.get(lab) ?? []).some((picture) => picture.newest);
+}
+
+/**
+ * The upper edge of what a pane shows, pixels.
+ * @param {Pane} pane
+ */
+function top_of(pane) {
+  return Math.min(...pane.labs.flatMap(({ lab: { size }, placement }) => [-1, 1].flatMap((x) => [-1, 1].map((y) => placement.y((x * size.width) / 2, (y * size.height) / 2)))));
+}
+
 /** @param {Context} c @param {Scene} scene */
 export function robot_layer(c, scene) {
   const { pane, sprites, px, shown, scales, pick, path, ruler } = scene;
@@ -72,12 +91,18 @@ export function robot_layer(c, scene) {
     draw_objects(c, lab, placement, sprites, px);
     // In a shared frame the robots themselves are there.
     if (shown.ghosts && pane.labs.length === 1) draw_ghosts(c, lab, placement, sprites, px, scales);
-    draw_robots(c, lab, placement, sprites, px);
+    draw_robots(c, lab, placement, sprites, px, camera_over(scene, lab));
     if (pick && (pane.labs.length === 1 || pick.lab === lab.own)) draw_pick(c, lab, placement, inks.pick, px, pick, path);
   }
   if (shown.labels) draw_names(c, names_of(scene), sprites, px);
   const r = pane.rectangle;
-  draw_label(c, pane.title, r.x + r.width / 2, r.y + 12 * px, inks.ink, inks.page, 13 * px);
+  draw_label(c, pane.title, r.x + r.width / 2, Math.max(r.y + 12 * px, top_of(pane) - 12 * px), inks.ink, inks.page, 13 * px);
+  for (const { lab, placement } of pane.labs) {
+    const old_us = Math.max(0, ...(shown.pictures ? (scene.pictures.get(lab) ?? []) : []).filter((x) => x.newest).map((x) => lab.t_us - x.t_us));
+    if (old_us <= picture_old_us) continue;
+    const { width, height } = lab.size;
+    draw_label(c, `picture ${(old_us / 1e6).toFixed(1)} s old`, placement.x(width / 2, -height / 2) - 60 * px, placement.y(width / 2, -height / 2) - 12 * px, inks.ink, inks.halo, 12 * px);
+  }
   if (ruler) {
     c.beginPath();
     c.moveTo(ruler.a.x, ruler.a.y);

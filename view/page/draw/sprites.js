@@ -36,23 +36,23 @@ export class Sprites {
   /**
    * A robot's picture; its middle is the robot's.
    * @param {number} led @param {number} heading_rad on the screen, counter-clockwise
-   * @param {number} radius_px of its body @param {boolean} ghost of another lab
+   * @param {number} radius_px of its body @param {boolean} ghost of another lab @param {boolean} [ring] see-through, in the colour of its LED
    */
-  robot(led, heading_rad, radius_px, ghost) {
+  robot(led, heading_rad, radius_px, ghost, ring = false) {
     const turn = ((Math.round((heading_rad / (2 * Math.PI)) * headings) % headings) + headings) % headings;
     const size = Math.max(2, Math.round(radius_px * 2)); // half pixels
-    const key = ((size * headings + turn) * 9 + Math.min(led, 8)) * 2 + (ghost ? 1 : 0);
+    const key = ((size * headings + turn) * 9 + Math.min(led, 8)) * 3 + (ring ? 2 : ghost ? 1 : 0);
     let sprite = this.made.get(key);
     if (!sprite) {
       if (this.made.size >= sprites_most) this.made.clear();
-      sprite = this.draw(Math.min(led, 8), (turn / headings) * 2 * Math.PI, size / 2, ghost);
+      sprite = this.draw(Math.min(led, 8), (turn / headings) * 2 * Math.PI, size / 2, ghost, ring);
       this.made.set(key, sprite);
     }
     return sprite;
   }
 
-  /** @param {number} led @param {number} heading @param {number} radius @param {boolean} ghost */
-  draw(led, heading, radius, ghost) {
+  /** @param {number} led @param {number} heading @param {number} radius @param {boolean} ghost @param {boolean} ring */
+  draw(led, heading, radius, ghost, ring) {
     const side = 2 * Math.ceil(radius * 1.5 + 1);
     const canvas = new OffscreenCanvas(side, side);
     const c = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext("2d"));
@@ -63,8 +63,8 @@ export class Sprites {
     c.beginPath();
     for (const [share, angle] of [[1.45, 0], [1, 0.5], [1, -0.5]]) c.lineTo(Math.cos(heading + angle) * radius * share, -Math.sin(heading + angle) * radius * share);
     c.closePath();
-    c.fillStyle = c.strokeStyle = body;
-    if (ghost) c.stroke();
+    c.fillStyle = c.strokeStyle = ring ? this.colours.leds[led] : body;
+    if (ghost || ring) c.stroke();
     else c.fill();
     c.beginPath();
     c.arc(0, 0, radius - c.lineWidth / 2, 0, 2 * Math.PI);
@@ -72,6 +72,9 @@ export class Sprites {
       c.setLineDash([radius / 2.2, radius / 3.2]);
       c.stroke();
       c.setLineDash([]);
+    } else if (ring) {
+      c.stroke();
+      return canvas.transferToImageBitmap();
     } else c.fill();
     // The LED: as large as the body where there is no room for a mark.
     const light = radius < 5 ? radius * 0.75 : radius * 0.55;

@@ -9,17 +9,21 @@
 /** Opacities, of the oldest part first. */
 const shades = [0.08, 0.16, 0.28, 0.45];
 
-/** @param {Context} c @param {Iterable<Trail>} trails @param {Placement} p @param {string} ink @param {number} px one CSS pixel */
-export function draw_trails(c, trails, p, ink, px) {
-  const all = [...trails];
+/**
+ * What came in the last `length_us` of lab time before `now_us`.
+ * @param {Context} c @param {Iterable<Trail>} trails @param {Placement} p @param {string} ink @param {number} px one CSS pixel @param {number} now_us @param {number} length_us
+ */
+export function draw_trails(c, trails, p, ink, px, now_us, length_us) {
+  const all = [...trails].map((trail) => ({ trail, from: trail.since(now_us - length_us) }));
   c.strokeStyle = ink;
   c.lineWidth = 1.5 * px;
   shades.forEach((shade, i) => {
     c.globalAlpha = shade;
     c.beginPath();
-    for (const trail of all) {
-      const kept = trail.count - trail.first;
-      stretch(c, trail, trail.first + Math.floor((kept * i) / shades.length), trail.first + Math.floor((kept * (i + 1)) / shades.length), p);
+    for (const each of all) {
+      const to = i + 1 < shades.length ? each.trail.since(now_us - length_us * (1 - (i + 1) / shades.length)) : each.trail.count;
+      stretch(c, each.trail, each.from, to, p);
+      each.from = to;
     }
     c.stroke();
   });

@@ -12,7 +12,7 @@ export class ChannelsPanel {
     this.element = element;
     this.rows = h("tbody");
     this.message = h("pre", { tabindex: 0, class: "message" });
-    this.title = h("h3");
+    this.title = h("h2");
     body.append(h("table", {}, h("thead", {}, h("tr", {}, ...["channel", "per s", "bytes/s", "count"].map((t) => h("th", { scope: "col" }, t)))), this.rows), this.title, this.message);
     /** @type {{lab: number, channel: string} | null} */
     this.opened = null;

@@ -1,11 +1,11 @@
-// Each lab's clock, period, speed and gate, in words; of a recorded run what is known of the moment that is shown.
-import { facts, h, section } from "../dom.js";
+// The world: a row for each lab with its time, period and speed, and what is to be said of it; of a recorded run what is known of the moment shown.
+import { h, patch, section } from "../dom.js";
 import { keeper, keeper_words, not_standing_words, own_words, standing_words, word } from "../world/status.js";
 import { counted, rate_words, time_words } from "../words.js";
 
 export class ClockPanel {
   constructor() {
-    const { element, body } = section("Clock and gate", true);
+    const { element, body } = section("World", true);
     this.element = element;
     this.body = body;
   }
@@ -13,35 +13,37 @@ export class ClockPanel {
   /** @param {import("../world/world.js").World} world */
   update(world) {
     const recorded = world.about.mode === "recorded";
-    this.body.replaceChildren(...world.labs.map((lab) => {
-      const attention = lab.status && needs_attention(lab.status) ? "attention" : "";
-      const rows = clock_rows(lab, recorded).map(([name, words]) => /** @type {[string, string | Node]} */ ([name, name === "gate" || name === "said" ? h("span", { class: attention }, words) : words]));
-      return h("div", { class: "lab" }, h("h3", {}, lab.name), facts(rows));
-    }));
+    const rows = world.labs.map((lab) => ({ lab, told: lab_words(lab, recorded) }));
+    const paced = rows.some(({ told }) => told.period);
+    const period_s = rows.map(({ lab }) => lab.period_us() / 1e6).find((s) => s > 0);
+    const head = ["lab", "time", ...(paced ? ["period"] : []), "speed"];
+    patch(this.body, h("table", { class: "world" }, h("thead", {}, h("tr", {}, ...head.map((words) => h("th", { scope: "col" }, words)))),
+      ...rows.map(({ lab, told }) => h("tbody", {},
+        h("tr", {}, h("th", { scope: "row" }, lab.name), h("td", {}, told.time), paced && h("td", {}, told.period), h("td", {}, told.speed)),
+        ...[told.arena, told.says].filter(Boolean).map((words) => h("tr", {}, h("td", { colspan: head.length, class: words === told.says && told.attention ? "attention" : "about" }, words)))))),
+    period_s !== undefined && h("p", { class: "about" }, `A period is ${period_s} s.`));
   }
 }
 
 /**
- * What the panel says of a lab: names and words. A status is recorded each second of wall time, in which a fast run goes far: of a recorded one the
- * words tell when they were said, and the period is that of the shared view, which each boundary has.
+ * What the panel says of a lab; what is not known is empty. A status is recorded each second of wall time, in which a fast run goes far: of a recorded
+ * one the words tell when they were said, and the period is that of the shared view, which each boundary has.
  * @param {import("../world/lab.js").Lab} lab @param {boolean} recorded
- * @returns {[string, string][]}
  */
-export function clock_rows(lab, recorded) {
-  const s = lab.status;
+export function lab_words(lab, recorded) {
+  const s = lab.status, { arena } = lab;
   const period = recorded ? lab.shared?.period : s?.period;
-  const speed = s ? `${rate_words(s.speed)}×` : "–";
   const said_at = s ? time_words(s.stamp_us) : "";
-  return [
-    ["clock", time_words(lab.t_us)],
-    .../** @type {[string, string][]} */ (s && s.last_period === 0 ? [] : [["period", period === undefined ? "–" : `${period}${s ? ` of ${s.last_period}` : ""}${lab.period_us() ? `, ${lab.period_us() / 1e6} s each` : ""}`]]),
-    ...(recorded ? /** @type {[string, string][]} */ (s ? [["said", `at ${said_at}: ${own_words(s)}`], ["speed", `${speed} up to ${said_at}`]] : []) : /** @type {[string, string][]} */ ([
-      ["speed", s ? speed + (s.can_wait ? ", can wait" : ", real time") : speed],
-      ["gate", s ? gate_words(s) : lab.newest.has("status") ? "its status is not understood" : "nothing heard yet"],
-      ["in its words", s ? own_words(s) : "–"],
-    ])),
-    ["arena", lab.arena ? `${lab.arena.width_m} × ${lab.arena.height_m} m, ${lab.arena.platform}, ${lab.robots.length} of ${counted(lab.arena.robots, "robot")}` : "–"],
-  ];
+  const plain = s && own_words(s) === "running";
+  return {
+    time: time_words(lab.t_us),
+    period: (s && s.last_period === 0) || period === undefined ? "" : `${period}${s ? ` of ${s.last_period}` : ""}`,
+    speed: s ? `${rate_words(s.speed)}×` : "",
+    arena: arena ? `${arena.width_m} × ${arena.height_m} m, ${arena.platform}, ${lab.robots.length} of ${counted(arena.robots, "robot")}` : "",
+    says: recorded ? (s && !plain ? `at ${said_at}: ${own_words(s)}` : "") : s ? gate_words(s) + (plain || keeper(s) || word(s, "phase") !== "going_on" ? "" : `; ${own_words(s)}`)
+      : lab.newest.has("status") ? "its status is not understood" : "nothing heard yet",
+    attention: Boolean(s && needs_attention(s)),
+  };
 }
 
 /** @param {import("../wire/lcm.js").Message} status lab_status_t */
@@ -58,10 +60,10 @@ export function gate_words(status) {
   const stand = who || phase === "ending" || phase === "ended" ? standing_words(status) : "";
   const and = stand ? `; ${stand}` : "";
   switch (phase) {
-    case "starting": return "◔ begins";
-    case "waiting": return `◔ ${status["lab"]} ${own_words(status).replace(/^waiting/, "waits")}`;
-    case "going_on": return who ? `❚❚ robots kept still by ${keeper_words(who)}, lab time runs on${and}` : "▶ runs, waits for nobody";
-    case "ending": return `■ ends: ${word(status, "outcome")}${and}`;
+    case "starting": return "◔ starting";
+    case "waiting": return `◔ ${own_words(status)}`;
+    case "going_on": return who ? `❚❚ robots told to stand by ${keeper_words(who)}; lab time continues${and}` : "▶ running";
+    case "ending": return `■ ending: ${word(status, "outcome")}${and}`;
     case "ended": return `■ ended: ${word(status, "outcome")}${and}`;
     default: return status["state"];
   }

@@ -1,6 +1,6 @@
 // What the scenario counts, as curves over lab time: from the server's series, and live from `status` since then.
 import uPlot from "../vendor/uplot/uPlot.esm.js";
-import { h, section, table } from "../dom.js";
+import { h, patch, section, table } from "../dom.js";
 import { count_name, count_value } from "../words.js";
 
 /** @typedef {{name: string, t_s: number[], y: number[]}} Series */
@@ -11,6 +11,8 @@ const points_most = 4000;
 const strokes = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 const dashes = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
 const height_px = 170;
+/** Curves that are drawn unless others are chosen. */
+const curves_most = 6;
 
 export class CountsPanel {
   constructor() {
@@ -18,7 +20,15 @@ export class CountsPanel {
     this.element = element;
     this.now = h("div", { class: "counts" });
     this.place = h("div", { class: "curves" });
-    body.append(this.now, this.place);
+    this.list = h("div", { class: "choices" });
+    this.choices = h("details", {}, h("summary", {}, "choose curves"), this.list);
+    body.append(this.now, this.place, this.choices, h("button", { id: "curves-csv", title: "All curves as a table", onclick: () => this.save() }, "save as CSV"));
+    /**
+     * Names that are drawn, once somebody has chosen; null: the first.
+     * @type {Set<string> | null}
+     */
+    this.chosen = null;
+    this.listed = "";
     /** @type {Map<string, Series>} */
     this.series = new Map();
     /** The run of each lab that is noted, by its random number. @type {Map<string, unknown>} */
@@ -81,15 +91,53 @@ export class CountsPanel {
     const counts = world.about.mode === "recorded" ? values_at([...this.series.values()], world.t_us / 1e6, world.labs.map((lab) => lab.name))
       : world.labs.flatMap((lab) => lab.counts().map(([name, n]) => ({ lab: lab.name, name, n })));
     this.element.hidden = !counts.length && !this.series.size; // of robots' programs alone, and before a scenario has counted
-    this.now.replaceChildren(counts_table(counts));
+    patch(this.now, counts_table(counts));
     if (!(/** @type {HTMLDetailsElement} */ (this.element).open)) return;
-    const list = [...this.series.values()].filter((s) => s.t_s.length > 0).slice(0, 12).map(drawn);
+    const all = [...this.series.values()].filter((s) => s.t_s.length > 0);
+    this.offer(all.map((s) => s.name));
+    const list = all.filter((s, i) => (this.chosen ? this.chosen.has(s.name) : i < curves_most)).map(drawn);
     const names = list.map((s) => s.name).join();
     const key = `${names} ${list.map((s) => `${s.t_s.length} ${s.t_s[s.t_s.length - 1]}`)} ${this.whole ? Math.round(world.t_us / 1e6) : ""}`;
     if (key === this.drawn) return;
     this.drawn = key;
     if (names !== this.names) this.rebuild(list, names, world);
     this.plot?.setData(/** @type {any} */ (align(list)));
+  }
+
+  /** Axes and words have the page's ink, which has changed. */
+  recolour() {
+    this.names = this.drawn = "";
+  }
+
+  /**
+   * What may be drawn, to be chosen where that is more than is drawn by itself.
+   * @param {string[]} names
+   */
+  offer(names) {
+    const key = names.join();
+    if (key === this.listed) return;
+    this.listed = key;
+    this.choices.hidden = names.length <= curves_most;
+    const boxes = names.map((name, i) => {
+      const box = h("input", { type: "checkbox", id: `curve-${i}`, onchange: () => {
+        this.chosen ??= new Set(names.slice(0, curves_most));
+        if (box.checked) this.chosen.add(name);
+        else this.chosen.delete(name);
+        this.drawn = "";
+      } });
+      box.checked = this.chosen ? this.chosen.has(name) : i < curves_most;
+      return h("p", {}, box, " ", h("label", { for: `curve-${i}` }, name));
+    });
+    this.list.replaceChildren(...boxes);
+  }
+
+  /** Gives the browser a file with a column for each curve. */
+  save() {
+    const list = [...this.series.values()].filter((s) => s.t_s.length > 0);
+    const columns = align(list), rows = columns[0].map((_, i) => columns.map((column) => column[i] ?? "").join(","));
+    const link = h("a", { download: "curves.csv", href: URL.createObjectURL(new Blob([[["time_s", ...list.map((s) => s.name.replaceAll(",", " "))].join(","), ...rows, ""].join("\n")], { type: "text/csv" })) });
+    link.click();
+    URL.revokeObjectURL(link.href);
   }
 
   /** @param {Series[]} list @param {string} names @param {import("../world/world.js").World} world */
@@ -122,7 +170,7 @@ export class CountsPanel {
 function counts_table(counts) {
   const labs = [...new Set(counts.map((c) => c.lab))], names = [...new Set(counts.map((c) => c.name))];
   const at = new Map(counts.map((c) => [`${c.lab} ${c.name}`, c.n]));
-  return table(["", ...labs], names.map((name) => [count_name(name).words, ...labs.map((lab) => {
+  return table(["count", ...labs], names.map((name) => [count_name(name).words, ...labs.map((lab) => {
     const n = at.get(`${lab} ${name}`);
     return n === undefined ? "–" : count_value(name, n);
   })]));

@@ -27,7 +27,7 @@ export class FaultsPanel {
     this.element.hidden = !labs.length;
     const row = (/** @type {string} */ what, /** @type {import("../world/lab.js").Lab} */ lab, /** @type {[string, string][]} */ faults) => h("p", { class: "buttons" }, what,
       ...faults.map(([words, line]) => h("button", { onclick: () => this.fault(lab, line) }, words)));
-    this.body.replaceChildren(...labs.map((lab) => h("div", {}, h("h3", {}, lab.name),
+    this.body.replaceChildren(...labs.map((lab) => h("div", {}, h("h2", {}, lab.name),
       ...lab.cameras.map(({ name }) => row(name, lab, camera_faults.map(([words, what]) => [words, `camera ${name} ${what}`]))), row("controller", lab, controller_faults))));
   }
 }

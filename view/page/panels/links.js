@@ -1,5 +1,5 @@
 // Links to other labs: state, round trip, clocks, what was dropped and why.
-import { facts, h, section, table } from "../dom.js";
+import { facts, h, patch, section, table } from "../dom.js";
 import { bytes_words, counted, duration_words, number_words, rate_words } from "../words.js";
 
 /** Names of counters that count something lost. */
@@ -18,9 +18,9 @@ export class LinksPanel {
   update(world) {
     const shown = world.labs.map((lab) => ({ lab, drops: drops_of(lab) })).filter(({ lab, drops }) => is_joined(lab) || drops.length);
     this.element.hidden = !shown.length;
-    this.body.replaceChildren(...shown.map(({ lab, drops }) => h("div", { class: "lab" }, h("h3", {}, lab.name),
+    patch(this.body, ...shown.map(({ lab, drops }) => h("div", { class: "lab" }, h("h2", {}, lab.name),
       ...(is_joined(lab) ? this.peers(lab, world) : []),
-      drops.length ? h("details", { open: this.unfolded.has(lab.name), ontoggle: (/** @type {Event} */ e) => this.fold(lab.name, e) }, h("summary", {}, counted(drops.length, "reason of drops", "reasons of drops")), table(["dropped", "count"], drops.map((c) => [c.name, number_words(c.value)]))) : h("p", {}, "nothing dropped"))));
+      drops.length ? h("details", { open: this.unfolded.has(lab.name), ontoggle: (/** @type {Event} */ e) => this.fold(lab.name, e) }, h("summary", {}, `dropped for ${counted(drops.length, "reason")}`), table(["dropped", "count"], drops.map((c) => [c.name, number_words(c.value)]))) : h("p", {}, "nothing dropped"))));
   }
 
   /** @param {import("../world/lab.js").Lab} lab @param {import("../world/world.js").World} world */
@@ -54,8 +54,7 @@ function peer(p, rates) {
   const drops = p.counters.filter((/** @type {any} */ c) => lost.test(c.name) && Number(c.value) > 0);
   return h("div", {}, facts([
     [p.lab, h("span", { class: p.up ? "good" : "attention" }, `${p.up ? "● up" : "○ down"}${p.why ? `: ${p.why}` : ""}`)],
-    ["round trip", p.round_trip_us < 0 ? "unknown" : duration_words(p.round_trip_us)],
-    ["its clock", p.round_trip_us < 0 ? "unknown" : `${p.clock_offset_us >= 0 ? "+" : "−"}${duration_words(Math.abs(Number(p.clock_offset_us)))} ± ${duration_words(Number(p.clock_uncertainty_us))}`],
+    .../** @type {[string, string][]} */ (p.round_trip_us < 0 ? [] : [["round trip", duration_words(p.round_trip_us)], ["its clock", `${p.clock_offset_us >= 0 ? "+" : "−"}${duration_words(Math.abs(Number(p.clock_offset_us)))} ± ${duration_words(Number(p.clock_uncertainty_us))}`]]),
   ]), p.n_channels ? table(["channel", "age", "per s", "messages", "bytes"], p.channels.map((/** @type {any} */ c) => (
     [c.channel, c.age_us < 0 ? "never" : duration_words(Number(c.age_us)), rates[c.channel] ? rate_words(rates[c.channel].per_s) : "–", number_words(c.messages), bytes_words(Number(c.bytes))]))) : null,
   drops.length ? table(["dropped", "count"], drops.map((/** @type {any} */ c) => [c.name, number_words(c.value)])) : null);

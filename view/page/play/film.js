@@ -4,10 +4,7 @@ import { FilmEncoder } from "./film_encoder.js";
 import { channels } from "./player.js";
 import { time_words } from "../words.js";
 
-/**
- * Milliseconds that pass for drawing from moment to moment, whatever the machine's speed: trails, which take longest, are drawn whole each fifth time,
- * and in between only what is new.
- */
+/** Milliseconds that pass for drawing from moment to moment, whatever the machine's speed. */
 const moment_ms = 500;
 
 export class Film {

@@ -53,9 +53,11 @@ export class ScrubBar {
     const key = `${this.world.events_version} ${this.player.length_us}`;
     if (key === this.marked || !this.player.length_us) return;
     this.marked = key;
-    this.marks.replaceChildren(...this.world.events.slice(0, 300).map((event) => {
+    // those that fall together are one mark
+    const places = new Set(this.world.events.map((event) => Math.round((1000 * event.t_us) / this.player.length_us)));
+    this.marks.replaceChildren(...[...places].map((place) => {
       const tick = h("i");
-      tick.style.left = `${(100 * event.t_us) / this.player.length_us}%`;
+      tick.style.left = `${place / 10}%`;
       return tick;
     }));
   }

@@ -1,13 +1,19 @@
 // The keyboard: one table of keys, which the help shows too.
 import { h, table } from "../dom.js";
 
+/** Where the browser keeps whether single keys act. */
+const setting = "arkmesh.keys";
+
 /** @typedef {{keys: string[], words: string, act: () => void}} Binding keys: as KeyboardEvent.key tells, letters small */
 
 export class Keys {
   /** @param {Binding[]} bindings */
   constructor(bindings) {
     this.bindings = bindings;
+    this.on = h("input", { type: "checkbox", id: "keys-on", onchange: () => localStorage.setItem(setting, this.on.checked ? "on" : "off") });
+    this.on.checked = localStorage.getItem(setting) !== "off";
     this.dialog = h("dialog", { "aria-label": "keys" }, table(["key", "what it does"], bindings.map((b) => [b.keys.map((k) => (k === " " ? "Space" : k.length === 1 ? k.toUpperCase() : k)).join(", "), b.words])),
+      h("p", {}, this.on, " ", h("label", { for: "keys-on" }, "single keys act, also while something else has the focus")),
       h("form", { method: "dialog" }, h("button", {}, "close")));
     document.body.append(this.dialog);
     document.addEventListener("keydown", (event) => this.pressed(event));
@@ -20,7 +26,7 @@ export class Keys {
 
   /** @param {KeyboardEvent} event */
   pressed(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || !this.on.checked) return;
     const target = /** @type {HTMLElement} */ (event.target);
     // Letters choose in a list; STOP is STOP everywhere.
     if (target.tagName === "SELECT" && event.key.toLowerCase() !== "s") return;

@@ -18,6 +18,8 @@ export class Options {
     this.tool = "look";
     /** @type {import("../draw/scene.js").Shown} */
     this.shown = { labels: true, trails: true, ghosts: true, overlay: true, pictures: true };
+    /** Trails show so much of the past, seconds of lab time. */
+    this.trail_s = 30;
     /** @type {import("../draw/robots.js").Pick | null} */
     this.pick = null;
     this.follow = false;

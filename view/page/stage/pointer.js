@@ -126,6 +126,7 @@ export class Pointer {
 
   /** @param {ViewedPane} pane @param {Point} from @param {Point} to */
   measure(pane, from, to) {
+    if (this.stage.panes.at(to.x, to.y)?.key !== pane.key) return this.options.set({ ruler: { a: from, b: to, words: "measure within one arena" } });
     const shared = pane.labs.length > 1;
     const placement = shared ? pane.view.placement(this.stage.panes.inner(pane, this.stage.px)) : pane.labs[0].placement;
     const a = placement.inverse(from.x, from.y), b = placement.inverse(to.x, to.y);

@@ -12,8 +12,8 @@ import { draw_caption, floor_layer, robot_layer, trail_layer, within } from "../
  * @typedef {import("../draw/camera_picture.js").CameraPicture} CameraPicture
  */
 
-/** Trails are drawn whole so often, so that their ends fade; in between only what is new, milliseconds. */
-const whole_trails_ms = 2000;
+/** Trails are drawn whole so often, so that they fade, in this share of their length or milliseconds; in between only what is new. */
+const whole_trails_ms = 2000, whole_trails_share = 1 / 16;
 /** Height of a caption, CSS pixels. */
 const caption_px = 26;
 
@@ -45,13 +45,14 @@ export class Stage {
     });
     /** What each layer showed when it was drawn last. */
     this.drawn = { size: "", floor: "", trails: "", robots: "" };
-    this.trails_drawn_ms = 0;
+    this.trails_drawn_ms = this.trails_drawn_us = 0;
     /**
      * How far each lab's trails are drawn.
      * @type {Map<Lab, Map<number, number>>}
      */
     this.trails_done = new Map();
     this.px = 1;
+    this.described = "";
   }
 
   /** @param {import("../draw/colours.js").Colours} colours */
@@ -75,6 +76,7 @@ export class Stage {
     const { labs } = this.world;
     const [floor, trails, robots] = this.contexts;
     const { width, height } = floor.canvas;
+    this.describe(labs);
     this.panes.arrange(labs, options.mode, width, height - (this.caption ? caption_px * this.px : 0), this.px);
     if (options.follow && options.pick) this.follow(options.pick);
     const places = `${this.panes.key} ${options.version}`;
@@ -87,10 +89,12 @@ export class Stage {
     }
     const robots_now = versions((l) => l.robots_version);
     const trails_key = `${places} ${versions((l) => l.trails_epoch)}`;
-    const stale = now_ms - this.trails_drawn_ms > whole_trails_ms && robots_now !== this.drawn.robots;
+    const passed_us = Math.abs(this.world.t_us - this.trails_drawn_us);
+    const stale = (now_ms - this.trails_drawn_ms > whole_trails_ms || passed_us > whole_trails_share * options.trail_s * 1e6) && robots_now !== this.drawn.robots;
     if (trails_key !== this.drawn.trails || stale) {
       this.drawn.trails = trails_key;
       this.trails_drawn_ms = now_ms;
+      this.trails_drawn_us = this.world.t_us;
       this.layer(trails, (scene) => trail_layer(trails, scene));
       this.trails_done = new Map(labs.map((lab) => [lab, new Map([...lab.trails].map(([robot, trail]) => [robot, trail.count]))]));
     }
@@ -100,6 +104,21 @@ export class Stage {
     this.layer(robots, (scene) => robot_layer(robots, scene));
     if (this.caption) draw_caption(robots, this.caption, this.sprites.colours, caption_px * this.px);
     if (options.shown.trails) this.continue_trails(trails);
+  }
+
+  /**
+   * Who does not see the canvas is told what is on it.
+   * @param {Lab[]} labs
+   */
+  describe(labs) {
+    const words = `The arenas, from above. ${labs.map((lab) => `${lab.name}: ${lab.arena ? `${lab.arena.robots} robots` : "not known yet"}`).join("; ")}.`;
+    if (this.described === words) return;
+    this.described = words;
+    this.contexts.forEach(({ canvas }, i) => {
+      canvas.setAttribute("role", "img");
+      if (i === 2) canvas.setAttribute("aria-label", words);
+      else canvas.setAttribute("aria-hidden", "true");
+    });
   }
 
   /** @param {CanvasRenderingContext2D} c */
@@ -123,9 +142,9 @@ export class Stage {
 
   /** @param {import("../draw/scene.js").Pane} pane @param {boolean} first @returns {import("../draw/scene.js").Scene} */
   scene(pane, first) {
-    const { shown, pick, ruler } = this.options;
+    const { shown, pick, ruler, trail_s } = this.options;
     const scales = new Map(this.world.labs.filter((lab) => lab.shared).map((lab) => [lab.own, lab.projection().scale]));
-    return { scales, pane, sprites: this.sprites, px: this.px, shown, pictures: this.pictures, pick, path: this.path, ruler: first || ruler ? ruler : null };
+    return { trail_us: trail_s * 1e6, scales, pane, sprites: this.sprites, px: this.px, shown, pictures: this.pictures, pick, path: this.path, ruler: first || ruler ? ruler : null };
   }
 
   resize() {

@@ -42,6 +42,20 @@ export class Trail {
     return true;
   }
 
+  /**
+   * Serial number of the oldest kept point of that time or later; `count`: there is none.
+   * @param {number} t_us
+   */
+  since(t_us) {
+    let low = this.first, high = this.count;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle % this.points] < t_us) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
   /** Serial number of the oldest point that is kept. */
   get first() {
     return Math.max(0, this.count - this.points);
