@@ -29,6 +29,7 @@ constexpr CommandRow rows[] = {
     {"disarm", "Let a lab obey its own operator only", gateway_program},
     {"export", "Write a recorded run as CSV, HDF5, MCAP or a film", recording_program},
     {"plot", "Draw recorded runs: a moment, or curves with mean and interval over runs", recording_program},
+    {"publish", "Make an RO-Crate of a run or a batch: to cite, and to replay without arkmesh", recording_program},
     {"doctor", "Says what is wrong with this machine, and the command that mends it", light_program},
     {"scenario", "Begin a scenario of your own in Python", lab_program},
     {"controller", "Runs or checks a robot's program by itself", lab_program},

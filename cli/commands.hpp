@@ -38,6 +38,7 @@ void add_status_command(CLI::App* command);
 void add_ohc_command(CLI::App* command);
 void add_export_command(CLI::App* command);
 void add_plot_command(CLI::App* command);
+void add_publish_command(CLI::App* command);
 // --width, --xlabel, --ylabel and --title of a figure, into `looks` by these names.
 std::vector<CLI::Option*> add_looks(CLI::App* command, std::map<std::string, std::string>& looks);
 void add_emulator_command(CLI::App* command);
@@ -68,6 +69,7 @@ inline constexpr OwnCommand lab_commands[] = {
     {"config", add_config_command}, {"run", add_run_command},           {"batch", add_batch_command},
     {"rerun", add_rerun_command},   {"lab", add_lab_command},           {"view", add_view_command},
     {"mark", add_mark_command},     {"scenario", add_scenario_command}, {"controller", add_controller_command}};
-inline constexpr OwnCommand recording_commands[] = {{"export", add_export_command}, {"plot", add_plot_command}};
+inline constexpr OwnCommand recording_commands[] = {
+    {"export", add_export_command}, {"plot", add_plot_command}, {"publish", add_publish_command}};
 
 }  // namespace arkmesh::cli
