@@ -14,8 +14,6 @@ struct AirSettings {
   double overhead_loss_edge = std::numeric_limits<double>::quiet_NaN();  // as overhead_loss, in the arena's corners
   double overhead_distance_m = assumed_overhead_m;                       // that robots measure to the controller
   // robot infrared
-  double ir_shadow = 0;          // share of the reach that each body between two robots takes
-  double ir_bearing = 0;         // share by which the reach is longer at a robot's best side, shorter at the other
   double ir_noise_per_m = 0;     // what distance adds to ir_noise_m
   double ir_flat_m = 0;          // measured distances go no farther; 0: they do
   double ir_reading_spread = 0;  // s.d. between pairs of a factor on measured distances
@@ -25,9 +23,6 @@ struct AirSettings {
               {.range = {0, 1}, .help = "overhead_loss in the arena's corners", .default_is = "overhead_loss"});
     ode.field("overhead_distance_m", overhead_distance_m,
               {{0, assumed_overhead_m}, "m", "that robots measure to the overhead controller; assumed, ARGoS has 0"});
-    ode.field("ir_shadow", ir_shadow, {{0, 1}, "", "share of the reach that each robot between two others takes"});
-    ode.field("ir_bearing", ir_bearing,
-              {{0, 0.5}, "", "share by which a robot's best side sends and hears farther, its other side less far"});
     ode.field("ir_noise_per_m", ir_noise_per_m, {{0, 1}, "", "what each metre of distance adds to ir_noise_m"});
     ode.field("ir_flat_m", ir_flat_m, {{0, 1}, "m", "measured distances flatten towards this one; 0: they do not"});
     ode.field("ir_reading_spread", ir_reading_spread,

@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "hal/fixed_math.hpp"
-#include "hal/platforms/kilobot/body.hpp"
 #include "hal/random.hpp"
 
 namespace arkmesh::sim_ode {
@@ -13,7 +10,7 @@ namespace arkmesh::sim_ode {
 namespace {
 
 // What own() draws of a robot; of_pair_m() has 0 and 1.
-constexpr std::uint64_t emitter = 2, receiver = 3, strength = 4, gain = 5;
+constexpr std::uint64_t strength = 4, gain = 5;
 
 }  // namespace
 
@@ -26,8 +23,7 @@ InfraredReach::InfraredReach(const Settings& settings, const std::string& lab, s
     : settings_(settings),
       pair_key_(hal::RandomStream(seed, lab + "/ode/infrared_pairs").next()),
       // two parts, each at most 3.47 s.d., that together are longest when even
-      longest_m_((settings.ir_range_m + 3.47 * 1.4143 * settings.ir_range_spread_m) * (1 + settings.air.ir_bearing) *
-                 (1 + settings.air.ir_bearing)) {}
+      longest_m_(settings.ir_range_m + 3.47 * 1.4143 * settings.ir_range_spread_m) {}
 
 void InfraredReach::set_gains(std::vector<float> gains) {
   if (std::ranges::all_of(gains, [](float gain) { return gain == 1; })) return;
@@ -51,16 +47,6 @@ std::uint64_t InfraredReach::own(int robot, std::uint64_t kind) const {
   return hal::mix64(hal::mix64(pair_key_ + kind) ^ hal::mix64(static_cast<std::uint64_t>(robot)));
 }
 
-// One lobe: emitter and receiver sit beside the centre, each robot's as it was soldered. x, y: where the other one is.
-double InfraredReach::at_bearing(int robot, double x, double y, const ContactWorld& world, std::uint64_t kind) const {
-  const double best_rad = static_cast<double>(own(robot, kind) >> 11) * 0x1.0p-53 * 2 * std::numbers::pi;
-  const auto [cos, sin] = world.heading(robot);
-  const double ahead = x * cos + y * sin, left = y * cos - x * sin, far = std::sqrt(x * x + y * y);
-  if (far == 0) return 1;
-  const double towards = (ahead * hal::fixed::cos(best_rad) + left * hal::fixed::sin(best_rad)) / far;
-  return 1 + settings_.air.ir_bearing * towards;
-}
-
 double InfraredReach::measured_m(int from, int to, double distance_m) const {
   const AirSettings& air = settings_.air;
   double out = distance_m;
@@ -76,23 +62,12 @@ double InfraredReach::measured_m(int from, int to, double distance_m) const {
   return out;
 }
 
-double InfraredReach::share_left(int from, int to, const ContactWorld& world, std::span<const int> near) const {
+bool InfraredReach::is_blocked(int from, int to, const ContactWorld& world) const {
   const auto place = [&](int robot) {
     const auto i = static_cast<std::size_t>(robot);
     return Point{world.x()[i], world.y()[i]};
   };
-  const Point p = place(from), q = place(to);
-  if (shadows_ && shadows_->between(p, q)) return 0;
-  double left = 1;
-  if (settings_.air.ir_bearing > 0) {
-    const double x = q.x_m - p.x_m, y = q.y_m - p.y_m;
-    left = at_bearing(from, x, y, world, emitter) * at_bearing(to, -x, -y, world, receiver);
-  }
-  if (settings_.air.ir_shadow > 0)
-    for (const int robot : near)
-      if (robot != from && robot != to && meets_disc(place(robot), hal::kilobot::body_radius_m, p, q))
-        left *= 1 - settings_.air.ir_shadow;
-  return left;
+  return shadows_ && shadows_->between(place(from), place(to));
 }
 
 }  // namespace arkmesh::sim_ode

@@ -1,5 +1,4 @@
-// How far one robot's infrared reaches another: differs from pair to pair and by direction, shrinks with each body in
-// between, ends at shapes. Knows no messages.
+// How far one robot's infrared reaches another: differs from pair to pair and ends at shapes. Knows no messages.
 #pragma once
 
 #include <cstdint>
@@ -30,20 +29,17 @@ class InfraredReach {
   double longest_m() const { return longest_m_; }
   // Every pair's is the longest one, wherever robots are.
   bool same_for_all() const {
-    return settings_.ir_range_spread_m == 0 && settings_.air.ir_shadow == 0 && settings_.air.ir_bearing == 0 &&
-           gains_.empty() && (!shadows_ || shadows_->blockers.empty());
+    return settings_.ir_range_spread_m == 0 && gains_.empty() && (!shadows_ || shadows_->blockers.empty());
   }
   // How far `from` is heard by `to` when nothing is in the way: always the same for the same two.
   double of_pair_m(int from, int to) const;
-  // What bearings and the way between two robots leave of that, as a share; 0 behind a shape. `near` holds all robots
-  // that may stand between them.
-  double share_left(int from, int to, const ContactWorld& world, std::span<const int> near) const;
+  // A shape is between them.
+  bool is_blocked(int from, int to, const ContactWorld& world) const;
   // The distance that a robot measures where the other is as far as `distance_m`, noise apart: readings flatten, and
   // each robot sends and receives more or less strongly than the one that the tables are of.
   double measured_m(int from, int to, double distance_m) const;
 
  private:
-  double at_bearing(int robot, double x, double y, const ContactWorld& world, std::uint64_t kind) const;
   // Always the same for a robot and a kind.
   std::uint64_t own(int robot, std::uint64_t kind) const;
 

@@ -1,5 +1,6 @@
-// What [arena.ode] preset = "measured" sets in place of the members' initializers, which are "ideal". A key that a file
-// states wins over both. docs/model-truth.md says how well each of these is known.
+// What [arena.ode] preset = "measured" and "measured_0" set in place of the members' initializers, which are "ideal". A
+// key that a file states wins over all. docs/model-truth.md says how well each of these is known; "fitted": by
+// calibration/fit, whose README.md says to what.
 #include <numbers>
 
 #include "sim_ode/settings.hpp"
@@ -13,12 +14,12 @@ Settings settings_of(Preset preset) {
 
   // drive
   s.turn_deg_per_s = 36;       // comments of user programs for real robots: 28.5, 36, 38; ICRA 2012 "about 45"
-  s.speed_spread = 0.186;      // luigifeola/argos3-kilobot: 0.00186 m/s of 0.01, each side
+  s.speed_spread = 0.12;       // fitted
   s.duty_spread = 3;           // labs page: turns 60 to 75, straight 2 to 10 lower
-  s.turn_noise_deg_per_s = 3;  // robots of a clip, as scripts/wander finds them in tests/data
-  s.turn_noise_s = 1;          // the same
+  s.turn_noise_deg_per_s = 2;  // fitted
+  s.turn_noise_s = 2;          // fitted
   s.dead_duty = 40;            // assumption, between kilolib.h (10 %: 26) and Kilombo (67)
-  s.start_duty = 60;  // labs page: duties that turn a robot begin there; kilolib.h has spinup_motors() for less
+  s.start_duty = 50;  // labs page: the lowest calibrated duty, straight; kilolib.h has spinup_motors() for less
   // battery
   s.battery_mah = 160;           // ICRA 2012
   s.battery_idle_ma = 6.7;       // ICRA 2012: 24 h at least activity
@@ -26,18 +27,23 @@ Settings settings_of(Preset preset) {
   s.battery_led_ma = 1.6;        // see above
   s.battery_empty_share = 0.81;  // assumption: one lithium cell, 4.2 V to ICRA 2012's 3.4 V
   // clock
-  s.clock_spread = 0.005;  // assumption: with it the medium gives the receptions of the logs in README.md
+  s.clock_spread = 0.005;  // fitted
   // infrared, a line each
-  s.ir_gain_spread = 0.05;         // assumption
-  s.ir_range_spread_m = 0.0085;    // logs in README.md: 0.017 with a reach of 0.202 m, in proportion
-  s.ir_loss_per_m = 0.1;           // the same logs: 3 % at 5 cm, 5 % at 15 cm
-  s.air.ir_shadow = 0.02;          // from the same logs at 18 to 22 cm, by hand
-  s.air.ir_bearing = 0.05;         // assumption
+  s.ir_range_m = 0.1215;           // fitted
+  s.ir_range_spread_m = 0.019;     // fitted
   s.air.ir_noise_per_m = 0.02;     // Kilombo's authors saw noise grow; its size is an assumption
   s.air.ir_flat_m = 0.1;           // Kilombo's authors saw readings flatten there; the curve is an assumption
   s.air.ir_reading_spread = 0.03;  // ICRA 2012: accuracy 2 mm, taken at 7 cm by assumption
   // overhead controller
-  s.air.overhead_loss_edge = 0.05;  // assumption
+  s.air.overhead_loss_edge = 0.05;     // assumption
+  if (preset == Preset::measured_0) {  // before the fit
+    s.speed_spread = 0.186;
+    s.turn_noise_deg_per_s = 3;
+    s.turn_noise_s = 1;
+    s.start_duty = 60;
+    s.ir_range_m = 0.1;
+    s.ir_range_spread_m = 0.0085;
+  }
   s.turn_rad_s = s.turn_deg_per_s * std::numbers::pi / 180;
   return s;
 }

@@ -196,17 +196,13 @@ void RobotInfrared::send(const Message& message) {
   // they may have moved since the grid was built
   const std::span<const int> near = grid_.gather(x, y, range + world.longest_path_m() - grid_path_m_, near_);
   const bool same_for_all = reach_.same_for_all();
-  if (!same_for_all) share_left_.resize(ears_.size(), 1);
   const bool looks = pairs_.sends(robot, at_us);
   for (const int listener : near) {
     const double dx = world.x()[index(listener)] - x, dy = world.y()[index(listener)] - y;
     if (dx * dx + dy * dy > range * range || listener == robot) continue;
-    double left = 1;
-    if (!same_for_all) {
-      const double distance = hal::fixed::hypot(dx, dy);
-      left = reach_.share_left(robot, listener, world, near);
-      if (distance > reach_.of_pair_m(robot, listener) * left) continue;
-    }
+    if (!same_for_all &&
+        (hal::fixed::hypot(dx, dy) > reach_.of_pair_m(robot, listener) || reach_.is_blocked(robot, listener, world)))
+      continue;
     if (looks) pairs_.reaches(listener);
     Ear& ear = ears_[index(listener)];
     const bool free = ear.energy_until_us <= at_us && ear.sends_until_us <= at_us;
@@ -219,7 +215,6 @@ void RobotInfrared::send(const Message& message) {
     ear.energy_until_us = std::max(ear.energy_until_us, end_us);
     if (!free) continue;  // deaf while it sends, or two at once
     ear.decoding = number;
-    if (!share_left_.empty()) share_left_[index(listener)] = static_cast<float>(left);
     listeners_.push_back(listener);
   }
   on_air_.push_back({robot, at_us, end_us, good_crc, message, first_listener, listeners_.size() - first_listener});
@@ -243,13 +238,10 @@ void RobotInfrared::finish(const Sending& sending) {
     const double dx = world.x()[index(listener)] - world.x()[index(sending.robot)],
                  dy = world.y()[index(listener)] - world.y()[index(sending.robot)];
     double distance = std::sqrt(dx * dx + dy * dy);
-    const double loss = settings_.ir_loss + settings_.ir_loss_per_m * distance;
-    if (loss > 0 && chance_.uniform() < loss) {
+    if (settings_.ir_loss > 0 && chance_.uniform() < settings_.ir_loss) {
       ++totals_.lost;
       continue;
     }
-    // what took light on its way makes the sender seem farther
-    if (!share_left_.empty()) distance /= share_left_[index(listener)];
     const double noise_m = settings_.ir_noise_m + settings_.air.ir_noise_per_m * distance;
     distance = reach_.measured_m(sending.robot, listener, distance);
     if (noise_m > 0) distance += noise_m * about_normal(chance_.next());

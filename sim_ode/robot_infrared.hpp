@@ -79,8 +79,7 @@ class RobotInfrared final : public InfraredMedium {
   double grid_path_m_ = -1;  // ContactWorld::longest_path_m() when the grid was built
   hal::RandomStream chance_;
   InfraredReach reach_;
-  std::vector<Ear> ears_;          // by robot
-  std::vector<float> share_left_;  // by robot: of the reach over the way of what it decodes; empty: all of it
+  std::vector<Ear> ears_;  // by robot
   // Sendings in order of start, which is order of end; those before ended_ are over. All of it moves forward between
   // ticks.
   std::vector<Sending> on_air_;

@@ -76,7 +76,7 @@ void GroupSettings::check(const hal::Section& group) {
 void PresetKey::fields(const hal::Section& ode) {
   ode.field("preset", preset,
             {.help = "what keys that are not stated are: simple, or as sources say of real robots",
-             .one_of = {"ideal", "measured"}});
+             .one_of = {"ideal", "measured", "measured_0"}});
 }
 
 void Settings::fields(const hal::Section& ode) {
@@ -125,9 +125,7 @@ void Settings::fields(const hal::Section& ode) {
             {.help = "ARGoS's ignore_conflicts: all robots that send in one tick succeed"});
   ode.field("ir_range_m", ir_range_m, {{0, 1}, "m", "how far robots' infrared reaches"});
   ode.field("ir_loss", ir_loss, {{0, 1}, "", "probability that a message in range is not received"});
-  ode.field("ir_gain_spread", ir_gain_spread, {{0, 0.5}, "", "s.d. of each sender's factor on its reach"});
   ode.field("ir_range_spread_m", ir_range_spread_m, {{0, 0.2}, "m", "s.d. of the reach between pairs of robots"});
-  ode.field("ir_loss_per_m", ir_loss_per_m, {{0, 10}, "1/m", "what distance adds to ir_loss"});
   ode.field("ir_noise_m", ir_noise_m, {{0, 0.1}, "m", "s.d. of measured distances"});
   air.fields(ode);
 }
@@ -136,12 +134,10 @@ void Settings::check(const hal::Section& ode) {
   if (controller.empty() && groups.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
   check_program(ode, controller, ids);
   if (infrared == InfraredRules::argos) {
-    for (const char* key :
-         {"send_spread", "overhead_distance_m", "ir_gain_spread", "ir_range_spread_m", "ir_loss_per_m", "ir_noise_m",
-          "ir_shadow", "ir_bearing", "ir_noise_per_m", "ir_flat_m", "ir_reading_spread"})
+    for (const char* key : {"send_spread", "overhead_distance_m", "ir_range_spread_m", "ir_noise_m", "ir_noise_per_m",
+                            "ir_flat_m", "ir_reading_spread"})
       if (!ode.place(key).empty())
         ode.refuse(key, "is of infrared = \"robot\": ARGoS has no such thing; remove it, or infrared = \"argos\"");
-    ir_gain_spread = 0;
   }
   StartSettings::check(ode);
   for (std::size_t i = 0; i < groups.size(); ++i) {

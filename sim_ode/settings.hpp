@@ -25,7 +25,7 @@ struct ViewSettings {
 };
 
 // What keys that a file does not state are: robots as simple as can be, or as sources say of real ones.
-enum class Preset : std::uint8_t { ideal, measured };
+enum class Preset : std::uint8_t { ideal, measured, measured_0 };
 struct PresetKey {
   Preset preset = Preset::ideal;
 
@@ -70,7 +70,6 @@ struct Settings : PresetKey, DriveSettings, BatterySettings, StartSettings {
   double ir_range_m = 0.1;
   double ir_loss = 0;            // probability that a message in range is not received
   double ir_range_spread_m = 0;  // s.d. of the reach between pairs of robots
-  double ir_loss_per_m = 0;      // what distance adds to ir_loss
   double ir_noise_m = 0.001;     // s.d. of measured distances
   AirSettings air;
 

@@ -33,7 +33,6 @@ struct DriveSettings {
   int start_duty = 0;                      // below it a motor at rest does not start unless it is spun up
   double clock_spread = 0;                 // a robot's clock is off by up to this share
   double send_spread = 0.005;              // the time between two messages of a robot is off by up to this share
-  double ir_gain_spread = 0;               // s.d. of the factor on the reach of a robot's messages
 };
 
 class Motors {

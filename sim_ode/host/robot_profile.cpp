@@ -100,7 +100,7 @@ std::vector<RobotProfile> draw_profiles(const DriveSettings& settings, int robot
   std::vector<RobotProfile> out(static_cast<std::size_t>(robots));
   for (std::size_t i = 0; i < out.size(); ++i) {
     RobotProfile& robot = out[i];
-    hal::RandomStream chance(seed, lab + "/ode/motors", i), gain(seed, lab + "/ode/infrared_gain", i);
+    hal::RandomStream chance(seed, lab + "/ode/motors", i);
     const double left = chance.normal(), right = chance.normal();
     robot.duties = {to_duty(70 + settings.duty_spread * left), to_duty(70 + settings.duty_spread * right),
                     to_duty(65 + settings.duty_spread * left), to_duty(65 + settings.duty_spread * right)};
@@ -115,7 +115,6 @@ std::vector<RobotProfile> draw_profiles(const DriveSettings& settings, int robot
     robot.start_duty = settings.start_duty;
     robot.clock_slow = clock.uniform(-settings.clock_spread, settings.clock_spread);
     robot.send_spread = settings.send_spread;
-    if (settings.ir_gain_spread > 0) robot.infrared_gain = std::max(0.0, 1 + settings.ir_gain_spread * gain.normal());
   }
   return out;
 }

@@ -78,7 +78,7 @@ def sim_reception(bench):
     print("  logs  " + "".join(f"{row[2]:>7}" for row in rows))
     print("  here  " + "".join(f"{row[1]:>7}" for row in rows))
     worst = max(abs(float(here) - float(log)) for _, here, log in rows)
-    return passed == all_, f"worst difference {worst:.3f} in {len(rows)} distances", "0.05 below 16 cm, 0.12 beyond"
+    return passed == all_, f"worst difference {worst:.3f} in {len(rows)} distances", "0.03 below 16 cm, 0.12 beyond"
 
 
 def sim_crowd(bench):

@@ -23,16 +23,18 @@ TEST_CASE("a preset sets what the file does not state") {
   CHECK(measured.find("start_duty = 7\n") != std::string::npos);
   CHECK(measured.find("speed_m_per_s = 0.02") != std::string::npos);
   for (const char* key :
-       {"dead_duty = 40\n", "clock_spread = 0.005\n", "battery_mah = 160", "turn_noise_deg_per_s = 3"})
+       {"dead_duty = 40\n", "clock_spread = 0.005\n", "battery_mah = 160", "turn_noise_deg_per_s = 2"})
     CHECK(measured.find(key) != std::string::npos);
+  CHECK(in_force("preset = \"measured_0\"").find("ir_range_m = 0.1\n") != std::string::npos);
   CHECK(in_force("") == in_force("preset = \"ideal\""));
   CHECK(in_force("").find("start_duty = 0\n") != std::string::npos);
   const auto again = hal::Config::from_text(measured, "test.toml");
   read_settings(again.root().section("arena"));
   CHECK(again.effective() == measured);
-  CHECK_THROWS_WITH_AS(in_force("preset = \"real\""),
-                       "test.toml:3: arena.ode.preset = \"real\": must be one of \"ideal\", \"measured\"",
-                       hal::ConfigError);
+  CHECK_THROWS_WITH_AS(
+      in_force("preset = \"real\""),
+      "test.toml:3: arena.ode.preset = \"real\": must be one of \"ideal\", \"measured\", \"measured_0\"",
+      hal::ConfigError);
 }
 
 TEST_CASE("measured robots repeat") {
@@ -50,7 +52,7 @@ TEST_CASE("measured robots repeat") {
 
 TEST_CASE("measured robots wander and ideal ones do not") {
   // Ten equal robots that drive straight on for 20 s: ideal ones all keep their course, measured ones are off by about
-  // 3 deg/s x sqrt(2 x 1 s x 20 s) = 19 degrees.
+  // 2 deg/s x sqrt(2 x 2 s x 20 s) = 18 degrees.
   const auto course_off = [](const std::string& preset) {
     auto arena =
         TestArena{.program = "all_ahead.c",
