@@ -64,7 +64,7 @@ int gather(const app::Batch& batch, const std::string& why_halted) {
   const std::size_t all = batch.plan().runs(), ended = results.rows().size(), finished = results.finished();
   // first of all: on a full disk there may be no tables
   if (ended < all)
-    fmt::print(stderr, "arkmesh: {}{} still to be done; the same command goes on with {}\n",
+    fmt::print(stderr, "arkmesh: {}{} unfinished; repeat the command to resume {}\n",
                why_halted.empty() ? "" : why_halted + "; ", hal::counted(all - ended, "run is", "runs are"),
                all - ended == 1 ? "it" : "them");
   results.save();
@@ -164,25 +164,26 @@ void add_batch_command(CLI::App* command) {
   command->add_option("files", options->request.files, "An experiment file, or a configuration file for each lab")
       ->required()
       ->check(CLI::ExistingFile);
-  command->add_option("--jobs", options->jobs, "How many runs at a time (default: one for each core)")
+  command->add_option("--jobs", options->jobs, "Number of parallel runs (default: one per core)")
       ->check(CLI::Range(1, 1024));
   command->add_option("--out", options->request.out, "Folder of the batch (default runs/FOLDER-NAME of the files)");
   command->add_option("--seeds", options->request.seeds, "Seeds in place of the experiment's: FIRST..LAST");
   command->add_option("--set", options->request.sets, "Override a key of every lab, or of one, in all runs")
       ->allow_extra_args(false);
-  auto* index = command->add_option("--index", options->run, "Do this run only, and write no table")
+  auto* index = command->add_option("--index", options->run, "Perform this run only, without tables")
                     ->check(CLI::Range(std::int64_t{0}, static_cast<std::int64_t>(app::max_batch_runs) - 1));
-  auto* slurm = command->add_flag("--slurm", options->slurm, "Do the runs as a job array of Slurm, and wait for it")
+  auto* slurm = command->add_flag("--slurm", options->slurm, "Submit the runs as a Slurm job array, and wait for it")
                     ->excludes(index);
   command->add_option("--slurm-option", options->slurm_options, "Passed to sbatch: --slurm-option=--partition=long")
       ->needs(slurm)
       ->allow_extra_args(false);
-  command->add_flag("--gather", options->gather, "Write the tables of the runs that have ended, and start none")
+  command->add_flag("--gather", options->gather, "Write the tables of ended runs, without starting any")
       ->excludes(index)
       ->excludes(slurm);
-  command->add_flag("--retry", options->retry, "Do runs that failed once more");
-  command->add_flag("--list", options->list, "Say what the batch would run, and start nothing");
-  auto* plot = command->add_option("--plot", options->plot.column, "Draw this column of the table, and start no run");
+  command->add_flag("--retry", options->retry, "Repeat failed runs");
+  command->add_flag("--list", options->list, "List the runs without starting any");
+  auto* plot =
+      command->add_option("--plot", options->plot.column, "Draw this column of the table, without starting runs");
   auto* over = command->add_option("--over", options->plot.over, "Over this key or choice")->needs(plot);
   plot->needs(over)->excludes(index)->excludes(slurm);
   command->add_option("--by", options->plot.by, "A line or a group of boxes for each value of this one")->needs(plot);
@@ -192,7 +193,7 @@ void add_batch_command(CLI::App* command) {
       "Examples:\n  arkmesh batch experiments/dhtf/batch.toml\n  arkmesh batch study.toml --seeds 1..5 --out runs/try\n"
       "  arkmesh batch shark.toml roark.toml --seeds 1..20\n"
       "  arkmesh batch study.toml --plot completed --over gate.period_s\n"
-      "The same command again goes on where a batch was stopped or killed.");
+      "Repeat the command to resume a batch that was stopped or killed.");
   command->callback([options] {
     if (const int code = run(*options); code != 0) throw CLI::RuntimeError(code);
   });

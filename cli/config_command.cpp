@@ -68,13 +68,12 @@ void add_config_command(CLI::App* command) {
   const auto seconds = std::make_shared<double>(60);
   CLI::Option* const trial =
       command
-          ->add_option(
-              "--airtime", *airtime,
-              "What the labs of these files would say to their robots, slot by slot, tried in simulation, beside "
-              "what there is room for")
+          ->add_option("--airtime", *airtime,
+                       "Estimate in simulation the labs' messages to robots, slot by slot, beside the available "
+                       "airtime")
           ->check(CLI::ExistingFile)
           ->excludes(keys);
-  command->add_option("--seconds", *seconds, "How much lab time to try (default 60)")
+  command->add_option("--seconds", *seconds, "Lab time to simulate (default 60)")
       ->check(CLI::PositiveNumber)
       ->needs(trial);
   command->add_option("--set", *sets, "Override a key for the trial: --set arena.robots=100")

@@ -108,8 +108,7 @@ void add_build_command(CLI::App& controller) {
     std::string kilolib, hex;
   };
   const auto options = std::make_shared<Options>();
-  auto* build =
-      controller.add_subcommand("build", "Builds a Kilobot C program into the file that robots are loaded with");
+  auto* build = controller.add_subcommand("build", "Build a Kilobot C program into the file to load onto robots");
   options->program.add_to(*build);
   build->add_option("-o,--output", options->hex, "The Intel HEX file; default: PROGRAM's name, in this folder");
   build
@@ -284,7 +283,7 @@ CLI::Option* add_swarm(CLI::App* run, const std::shared_ptr<ControllerRunOptions
 }
 
 void add_run(CLI::App& controller) {
-  auto* run = controller.add_subcommand("run", "Compiles a Kilobot C program and runs it on a simulated swarm");
+  auto* run = controller.add_subcommand("run", "Compile a Kilobot C program and run it on a simulated swarm");
   const auto options = std::make_shared<ControllerRunOptions>();
   CLI::Option* const seconds = add_swarm(run, options);
   CLI::Option* const png = run->add_option("--png", options->png, "Draw the end of the run (.png, .jpg, .pdf, .svg)");
@@ -346,7 +345,7 @@ int prove_controller(const ControllerRunOptions& given) {
 
 void add_prove(CLI::App& controller) {
   auto* prove = controller.add_subcommand(
-      "prove", "Runs a Kilobot C program on the robot's own processor, emulated, beside a simulated swarm");
+      "prove", "Run a Kilobot C program on an emulated robot processor, beside a simulated swarm");
   const auto options = std::make_shared<ControllerRunOptions>();
   options->light = "0.3,0";
   add_swarm(prove, options);
@@ -386,8 +385,7 @@ void add_controller_command(CLI::App* controller) {
   add_build_command(*controller);
   add_ship_command(*controller);
 
-  auto* check =
-      controller->add_subcommand("check", "Builds a Kilobot C program for the robot and says whether it fits");
+  auto* check = controller->add_subcommand("check", "Build a Kilobot C program for the robot and check that it fits");
   const auto program = std::make_shared<ProgramOptions>();
   program->add_to(*check);
   check->footer(

@@ -35,13 +35,11 @@ int say(const std::vector<hal::Finding>& findings) {
 
 void add_doctor_command(CLI::App* command, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena)) {
   const auto file = std::make_shared<std::string>();
-  command->add_option(
-      "LABFILE", *file,
-      "Also look at what this lab needs: its LCM and TCP ports, and the cameras and controller of a real testbed");
+  command->add_option("LABFILE", *file,
+                      "Also check this lab's LCM and TCP ports, and the cameras and controller of a real testbed");
   const auto sets = std::make_shared<std::vector<std::string>>();
   command->add_option("--set", *sets, "Override a key of that file: --set arena.use=kilobot")->allow_extra_args(false);
-  command->footer(
-      "Example:\n  arkmesh doctor experiments/dhtf/shark.toml\nEnds with 0 when nothing is wrong, else with 1.");
+  command->footer("Example:\n  arkmesh doctor experiments/dhtf/shark.toml\nExit code 0 if nothing is wrong, else 1.");
   command->callback([file, sets, examine_testbed] {
     if (!file->empty()) hand_over_cameras({*file}, *sets);
     const hal::Finding route = app::multicast();

@@ -49,11 +49,11 @@ bool explain_channel(const ExplainOptions& options) {
 void add_explain_command(CLI::App* command) {
   const auto options = std::make_shared<ExplainOptions>();
   command->add_option("channel", options->channel, "The channel, as its own lab calls it")->required();
-  command->add_option("file", options->files, "Files of labs; with those of both labs the whole way is explained")
+  command->add_option("file", options->files, "Files of labs; with those of both labs the whole path is explained")
       ->required()
       ->check(CLI::ExistingFile);
-  command->add_option("--to", options->to, "The lab that is to get it");
-  command->add_option("--from", options->from, "The lab that it comes from");
+  command->add_option("--to", options->to, "Receiving lab");
+  command->add_option("--from", options->from, "Sending lab");
   command->footer(
       "Examples:\n  arkmesh explain world --to roark experiments/dhtf/shark.toml\n"
       "  arkmesh explain roark/world --from roark experiments/dhtf/shark.toml\n"

@@ -17,7 +17,7 @@ void add_gateway_command(CLI::App* command) {
   command->add_option("--set", *sets, "Override a key: --set gateway.listen=127.0.0.1:7901")->allow_extra_args(false);
   command->footer(
       "Example:\n  arkmesh lab experiments/dhtf/shark.toml &\n  arkmesh gateway experiments/dhtf/shark.toml\n"
-      "SIGINT or SIGTERM ends it, SIGHUP makes it read its rules again (arkmesh reload).");
+      "SIGINT or SIGTERM ends it; SIGHUP reloads its rules (arkmesh reload).");
   command->callback([file, sets] { gateway::run_gateway([=] { return hal::Config::from_file(*file, *sets); }); });
 }
 

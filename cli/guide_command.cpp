@@ -246,7 +246,7 @@ void guide(const fs::path& folder) {
            "means with their intervals; runs.csv beside it has each run"));
   say("Labs' files", 0, steps_with_labs(found.labs));
   say("Batches to run", found.batches.size(),
-      each(found.batches, "arkmesh batch {}", "runs its grid of settings and seeds, or goes on with it"));
+      each(found.batches, "arkmesh batch {}", "runs or resumes its grid of settings and seeds"));
   say("Scenarios in Python", found.scenarios.size(),
       each(found.scenarios, "arkmesh config --keys {}", "lists its settings; a lab's file names it as run.scenario"));
   say("Robots' programs", found.programs.size(), steps_with_programs(found.programs));

@@ -91,22 +91,22 @@ void add_keys_command(CLI::App* command) {
     each->callback([options, act] { act(*options, KeyFolder(options->folder)); });
     return each;
   };
-  add("init", "Make a lab's private key and certificate", init)
+  add("init", "Create a lab's private key and certificate", init)
       ->add_option("lab", options->what, "The lab's name")
       ->required();
-  CLI::App* const trusting = add("trust", "Let a lab in that has this certificate", trust);
+  CLI::App* const trusting = add("trust", "Trust the lab that has this certificate", trust);
   trusting->add_option("file", options->what, "The file that the lab gave you")->required();
   trusting->add_flag("--replace", options->replace,
                      "Instead of another certificate of the same lab, or of a revoked one");
   add("list", "Own, trusted and revoked certificates with their fingerprints", list);
-  add("revoke", "Let a lab in no more", revoke)->add_option("lab", options->what, "The lab's name")->required();
-  CLI::App* const renewing = add("renew", "Make a lab's own certificate count for ten more years", renew);
+  add("revoke", "Stop trusting a lab", revoke)->add_option("lab", options->what, "The lab's name")->required();
+  CLI::App* const renewing = add("renew", "Extend a lab's own certificate by ten years", renew);
   renewing->add_option("lab", options->what, "The lab's name")->required();
   renewing->add_flag("--new-key", options->new_key, "With a new key, as after a theft: the others must trust it again");
   command->footer(
       "Example, at lab shark, which has got roark.crt by mail:\n  arkmesh keys init shark\n  arkmesh keys trust "
       "roark.crt\n"
-      "Exit codes: 0 done, 1 the disk refused, 2 wrong command line, file or name.");
+      "Exit codes: 0 done, 1 cannot write, 2 wrong command line, file or name.");
 }
 
 }  // namespace arkmesh::cli

@@ -45,7 +45,7 @@ struct LabToRun {
 // Says how it ended, and returns the exit code.
 int say_end(const lab::Runner& runner, const LabToRun& what, ProgressLine& progress) {
   if (const std::string not_seen = hal::in_words(runner.not_standing()); !not_seen.empty())
-    progress.say(fmt::format("arkmesh: robots were told to stand; not seen to: {}", not_seen));
+    progress.say(fmt::format("arkmesh: robots were told to stop; not seen standing: {}", not_seen));
   const hal::Outcome outcome = lab::outcome_of(runner);
   const int code = runner.robots_stand() ? exit_code(outcome) : hal::Exit::not_standing;
   if (outcome != hal::Outcome::finished)
@@ -100,7 +100,7 @@ void add_lab_command(CLI::App* command) {
   auto options = std::make_shared<LabOptions>();
   command->add_option("file", options->file, "The lab's configuration file")->required()->check(CLI::ExistingFile);
   command->add_option("--out", options->out, "Folder for the results, empty or new (default runs/DATE-TIME-LAB)");
-  command->add_flag("--force", options->force, "Move what the folder holds aside, to OUT.1");
+  command->add_flag("--force", options->force, "Move existing contents of the folder to OUT.1");
   command->add_flag("--open", options->open, "Open the lab's page in a browser");
   command->add_option("--set", options->sets, "Override a key: --set run.seed=7")->allow_extra_args(false);
   command->footer(
@@ -119,14 +119,14 @@ void add_mark_command(CLI::App* command) {
   command->add_flag("--client", options->client, "Be the client: connect to the original M-ARK server there")
       ->excludes(server);
   command->add_option("--out", options->out, "Folder for the results, empty or new (default runs/DATE-TIME-LAB)");
-  command->add_flag("--force", options->force, "Move what the folder holds aside, to OUT.1");
-  command->add_flag("--keys", options->keys, "List the keys of [mark] and end");
+  command->add_flag("--force", options->force, "Move existing contents of the folder to OUT.1");
+  command->add_flag("--keys", options->keys, "List the keys of [mark]");
   command->add_option("--set", options->sets, "Override a key: --set mark.port=7002")->allow_extra_args(false);
   command->footer(
       "Examples:\n  arkmesh gateway experiments/mark/dhtf/argos.toml &\n"
       "  arkmesh mark experiments/mark/dhtf/argos.toml --server         # then start the ARGoS client\n"
       "  arkmesh mark experiments/mark/cre_flying/argos.toml --client   # beside the ARGoS server\n"
-      "docs/joining-m-ark.md tells what works.");
+      "docs/joining-m-ark.md lists what works.");
   command->callback([options] {
     if (options->keys) return fmt::print("{}", hal::print_keys(hal::keys_of<mark::Settings>("mark")));
     if (options->file.empty()) throw hal::ConfigError("name the lab's configuration file (see arkmesh mark --help)");

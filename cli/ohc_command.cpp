@@ -212,7 +212,7 @@ void add_ohc_command(CLI::App* ohc) {
   ohc->add_option("PORT", options->port,
                   "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh emulator)")
       ->required();
-  ohc->add_option("--seconds", options->seconds, "How many seconds the command is repeated (default 1; wake 10)")
+  ohc->add_option("--seconds", options->seconds, "Seconds for which the command is repeated (default 1; wake 10)")
       ->check(CLI::Range(0.04, 86400.0));
   ohc->add_option("--settle", options->settle_s,
                   "Seconds to wait after opening the port: some boards start then, and receive nothing before")
@@ -224,7 +224,7 @@ void add_ohc_command(CLI::App* ohc) {
       "  arkmesh ohc /dev/ttyUSB0 set-uid 12\n"
       "  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n  arkmesh ohc tcp://192.168.1.20:3001 pause\n"
       "Each subcommand has a --help of its own. At the end arkmesh stops the controller's sending, also after Ctrl-C.\n"
-      "If arkmesh was killed, or the cable pulled, the controller goes on sending:\n"
+      "If arkmesh was killed, or the cable pulled, the controller keeps sending:\n"
       "stop it with `arkmesh ohc PORT stop`. Ends with 1 when the controller cannot be reached, with 5 when another "
       "program\n"
       "has it. A guard that a lab left behind gives way, and goes on when this does not reach the robots.");

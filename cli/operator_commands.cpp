@@ -88,7 +88,7 @@ std::runtime_error no_lab(const std::string& where, const OperatorWord& word, co
 }
 
 [[noreturn]] void say_not_seen(const lab::RunningLab& lab, bool ended) {
-  fmt::print(stderr, "arkmesh: {} told its robots to stand; not seen to: {}. {}\n", lab.name(),
+  fmt::print(stderr, "arkmesh: {} told its robots to stop; not seen standing: {}. {}\n", lab.name(),
              lab.should_stand() ? lab.not_standing() : "any, for it still says that they should run",
              ended ? "It has ended; a process that it left behind tells them for a minute, and arkmesh ohc PORT pause "
                      "tells them again"
@@ -192,12 +192,12 @@ void add_operator_command(CLI::App* command) {
   options->add_to(*command);
   std::string examples = fmt::format("Examples:\n  arkmesh {} experiments/dhtf/shark.toml", word.name);
   if (word.at_others) {
-    command->add_option("--at", options->at, "Another lab, which lets this one's operator: the file is this lab's")
+    command->add_option("--at", options->at, "Another lab that admits this lab's operator; the file is this lab's")
         ->type_name("LAB");
-    command->add_flag("--world", options->world, "All labs of shared.labs, as far as they let this one's operator")
+    command->add_flag("--world", options->world, "All labs of shared.labs that admit this lab's operator")
         ->excludes("--at");
     examples += fmt::format(
-        "\n  arkmesh {} --at shark experiments/dhtf/roark.toml   # at roark; shark lets it (docs/security.md)"
+        "\n  arkmesh {} --at shark experiments/dhtf/roark.toml   # at roark, if shark admits it (docs/security.md)"
         "\n  arkmesh {} --world experiments/dhtf/roark.toml      # both",
         word.name, word.name);
   }

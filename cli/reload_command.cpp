@@ -28,12 +28,12 @@ void reload(const std::string& file) {
 
 void add_reload_command(CLI::App* command) {
   const auto files = std::make_shared<std::vector<std::string>>();
-  command->add_option("file", *files, "The labs' configuration files, as their gateways were started with")
+  command->add_option("file", *files, "The configuration files with which the gateways were started")
       ->required()
       ->check(CLI::ExistingFile);
   command->footer(
       "Example:\n  arkmesh reload experiments/dhtf/shark.toml\n"
-      "What a gateway cannot change while it runs, such as an address, is named.\n"
+      "Keys that require a restart, such as addresses, are named.\n"
       "Exit codes: 0 done, 1 no gateway runs with the file, 2 wrong command line or file.");
   command->callback([files] {
     for (const std::string& file : *files) reload(file);

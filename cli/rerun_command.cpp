@@ -62,13 +62,13 @@ void add_rerun_command(CLI::App* command) {
       ->add_option("run", options->place, "A run's folder, its result.json or config.toml, or a batch's manifest.json")
       ->required()
       ->check(CLI::ExistingPath);
-  command->add_option("--index", options->index, "Which run of the batch")
+  command->add_option("--index", options->index, "Number of the run in the batch")
       ->check(CLI::Range(std::int64_t{0}, static_cast<std::int64_t>(app::max_batch_runs) - 1));
   command->add_option("--out", options->out, "Keep the new run in this folder, empty or new");
   command->footer(
       "Examples:\n  arkmesh rerun runs/20240101-120000-roark-shark\n"
       "  arkmesh rerun runs/dhtf-batch/manifest.json --index 17\n"
-      "Exit code 0: the same final hash; 1: another one.");
+      "Exit code 0: equal final hash; 1: different.");
   command->callback([options] { end_with(rerun(*options)); });
 }
 

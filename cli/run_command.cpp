@@ -76,7 +76,7 @@ int run(const RunOptions& options) {
   if (run.page() && !options.open) progress.say_after(2s, page_words(run.page()->url()));
   const nlohmann::json result = run.run(stop, &progress);
   const std::string not_seen = run.not_standing();
-  if (!not_seen.empty()) progress.say("arkmesh: robots were told to stand; not seen to: " + not_seen);
+  if (!not_seen.empty()) progress.say("arkmesh: robots were told to stop; not seen standing: " + not_seen);
   const hal::Outcome outcome = hal::outcome_in(result).value_or(hal::Outcome::failed);
   const int code = run.robots_stand() ? exit_code(outcome) : hal::Exit::not_standing;
   if (outcome != hal::Outcome::finished)
@@ -105,12 +105,12 @@ void add_run_command(CLI::App* command) {
       ->required()
       ->check(CLI::ExistingFile);
   command->add_option("--seed", options->seed, "Seed of all labs (overrides run.seed)")->check(CLI::NonNegativeNumber);
-  command->add_option("--seconds", options->seconds, "How long the run lasts (overrides run.duration_s)")
+  command->add_option("--seconds", options->seconds, "Duration of the run (overrides run.duration_s)")
       ->check(CLI::PositiveNumber);
   command->add_option("--seeds", options->seeds)->group("");  // refused, with what to type instead
   command->add_option("--jobs", options->jobs)->group("");
   command->add_option("--out", options->out, "Folder for the results, empty or new (default runs/DATE-TIME-LABS)");
-  command->add_flag("--force", options->force, "Move what the folder holds aside, to OUT.1");
+  command->add_flag("--force", options->force, "Move existing contents of the folder to OUT.1");
   command->add_flag("--open", options->open, "Open the page of the labs in a browser");
   command
       ->add_option("--set", options->labs.sets,
@@ -119,7 +119,7 @@ void add_run_command(CLI::App* command) {
   command->footer(
       "Example:\n  arkmesh run experiments/dhtf/shark.toml experiments/dhtf/roark.toml --seed 7 --set "
       "run.duration_s=600\n"
-      "The labs of the shared world are those given; shared.labs of the files is not used unless --set says so.");
+      "The given labs form the shared world; shared.labs of the files is ignored unless set by --set.");
   command->callback([options] {
     if (options->seconds > 0) options->labs.sets.push_back(fmt::format("run.duration_s={}", options->seconds));
     hand_over_cameras(options->labs.files, options->labs.sets);

@@ -136,7 +136,7 @@ void write_new(fs::path folder, bool cpp) {
 
 void add_scenario_command(CLI::App* command) {
   command->require_subcommand(1);
-  CLI::App* make = command->add_subcommand("new", "Write a folder with a scenario that runs at once, to be changed");
+  CLI::App* make = command->add_subcommand("new", "Create a folder with a working scenario to modify");
   const auto folder = std::make_shared<std::string>();
   make->add_option("folder", *folder, "The folder; its last part is the scenario's name")->required();
   CLI::Option* const cpp = make->add_flag("--cpp")->description("In C++, as a program of its own with all commands");

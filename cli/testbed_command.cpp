@@ -71,7 +71,7 @@ void add_testbed_command(CLI::App* testbed) {
   testbed->require_subcommand(1);
 
   CLI::App* const keep =
-      testbed->add_subcommand("record", "Run one lab, and keep everything needed to find out later what happened");
+      testbed->add_subcommand("record", "Run one lab, and record everything that passes its devices");
   keep->add_option("file", options->lab.file, "The lab's configuration file")->required()->check(CLI::ExistingFile);
   keep->add_option("--out", options->lab.out, "Folder for the results and, in raw/, the record; empty or new")
       ->required();
@@ -82,7 +82,7 @@ void add_testbed_command(CLI::App* testbed) {
   keep->callback([options] { end_with(record(*options)); });
 
   CLI::App* const play = testbed->add_subcommand(
-      "replay", "Print what the robots were told, and compare the poses that the pictures give with the lab's");
+      "replay", "Print the messages to the robots, and compare recomputed poses with the recorded ones");
   play->add_option("folder", options->folder, "The folder of `testbed record`, or of --record")
       ->required()
       ->check(CLI::ExistingDirectory);

@@ -144,7 +144,7 @@ void add_track_command(CLI::App* command) {
                       "Write the picture with the robots drawn on it (of a folder: into this folder; of a video or "
                       "camera: the last picture)");
   command->add_option("--explain", options->explain,
-                      "Of a picture: draw what was found, what nearly was and why not, and the evidence for the size");
+                      "For an image: draw detections, rejected candidates with reasons, and the evidence for the size");
   auto* calibration = command->add_option(
       "--calibration", options->calibration,
       "Measure in the arena with this file of arkmesh calibrate; otherwise metres are derived from the robots' size");

@@ -177,11 +177,11 @@ void add_up_command(CLI::App* command) {
       ->required()
       ->check(CLI::ExistingFile);
   command->add_option("--out", options->out, "Folder for the results, one folder in it for each lab");
-  command->add_flag("--force", options->force, "Move what a lab's folder holds aside");
+  command->add_flag("--force", options->force, "Move existing contents of a lab's folder aside");
   command->add_option("--set", options->sets, "Override a key of all files: --set run.seed=7")->allow_extra_args(false);
   command->footer(
       "Example:\n  arkmesh up experiments/dhtf/shark.toml experiments/dhtf/roark.toml\n"
-      "Ctrl-C ends all of them with their results; so does the end of one that fails.");
+      "Ctrl-C ends all with their results; so does the failure of one.");
   command->callback([options] { end_with(Group(*options).run()); });
 }
 

@@ -137,18 +137,14 @@ void add_view_command(CLI::App* command) {
                                ->add_option("--federation", options->federation,
                                             "Its NATS servers, as gateway.connect has them; nothing is published")
                                ->group(watched);
-  command
-      ->add_option("--experiment", options->experiment,
-                   "What its labs take part in: shared.experiment, or the scenario")
+  command->add_option("--experiment", options->experiment, "Its experiment: shared.experiment, or the scenario")
       ->group(watched)
       ->needs(federation);
   federation->needs("--experiment");
-  command
-      ->add_option("--keys", options->keys,
-                   "Folder of keys that says which labs are trusted, and with which key to watch")
+  command->add_option("--keys", options->keys, "Folder with the spectator's key and the trusted labs' certificates")
       ->group(watched)
       ->needs(federation);
-  command->add_option("--as", options->as, "Whose key of that folder; needed when it holds several")
+  command->add_option("--as", options->as, "Name of the key in that folder, if it holds several")
       ->group(watched)
       ->needs(federation);
   command->add_option("--server-ca", options->connection.server_ca, "As gateway.server_ca")
@@ -163,7 +159,7 @@ void add_view_command(CLI::App* command) {
       "  arkmesh view runs/monday runs/tuesday\n"
       "  arkmesh view 'udpm://239.255.76.67:7667?ttl=0'\n"
       "  arkmesh view --federation nats://nats.example.org --experiment dhtf --open\n"
-      "The lab itself prints the address of a page at which it can also be commanded.");
+      "The lab prints the address of its own page, which also accepts commands.");
   command->callback([options] { view_anything(*options); });
 }
 

@@ -46,7 +46,7 @@ Explanation explain(const ExplainedLab& lab, Direction way, const std::string& c
   const std::string what = fmt::format("{} {} {} {}", out ? "export" : "import", channel, out ? "to" : "from", peer);
   if (!is_exported_name(channel) || has_wildcard(channel))
     return {.text = fmt::format("lab {} does not {}: a channel that can cross has 1 to {} printable characters without "
-                                "space, '/' and '*'; what came from a lab does not cross again\n",
+                                "space, '/' and '*'; messages from another lab are not passed on\n",
                                 lab.name, what, hal::max_channel_name)};
 
   const ChannelRule* const rule = lab.rules.about(way, channel, peer);

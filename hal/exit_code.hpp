@@ -19,7 +19,7 @@ inline constexpr ExitCodeRow exit_codes[] = {
     {Exit::failed, "failed"},
     {Exit::refused, "wrong command line or configuration"},
     {Exit::stopped, "the operator stopped the lab or run"},
-    {Exit::not_standing, "robots that were told to stand were not seen to"},
+    {Exit::not_standing, "robots told to stop were not seen standing"},
     {Exit::port_taken, "another program has the overhead controller's port"},
 };
 

@@ -41,8 +41,8 @@ void RunConfig::fields(const hal::Section& root) {
       "absent_s", absent_after,
       {.range = {0.1, 1e6},
        .unit = "s",
-       .help = "robots seen again after so long are told anew what they should know, in arenas that "
-               "keep real time"});
+       .help = "robots seen again after this time get parameters and words again, in arenas that "
+               "run in real time"});
   safety.fields(root.section("safety"));
   sensors.fields(root.section("sensors"));
 }

@@ -405,7 +405,7 @@ std::string Runner::state_text() const {
   if (out == "running") out += fmt::format(", with its robots paused by the {}", book_.kept_still_by());
   if (phase_ < Phase::lingering) out += frozen;
   if (const std::string seen = hal::in_words(not_standing()); !seen.empty())
-    out += fmt::format("; robots were told to stand; not seen to: {}", seen);
+    out += fmt::format("; robots were told to stop; not seen standing: {}", seen);
   return out;
 }
 

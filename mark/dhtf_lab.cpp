@@ -88,8 +88,8 @@ void DhtfClientLab::meet(lab::Lab& lab) {
              lab.initial_field(lab.owner(), "site_y_um").size() == sites && read_init(to_text(init)).has_value();
   if (!complete)
     throw std::runtime_error(
-        fmt::format("{} tells of no sites that the original could be told; is its "
-                    "scenario that of shared.owner?",
+        fmt::format("{} publishes no sites that the original can read; does it run "
+                    "the scenario of shared.owner?",
                     lab.owner()));
   check_places(lab, init.cells);
   needed_ = needed_by(settings_, lab.name(), init.client_hard);

@@ -184,7 +184,7 @@ std::optional<FrameDecoder::Frame> FrameDecoder::next(std::span<const std::byte>
 bool FrameDecoder::check_header(std::span<const std::byte> header) {
   const std::uint32_t length = load(header.data()), kind = load(header.data() + 4);
   if (load(header.data() + header_crc_at) != crc32c(header.first(header_crc_at))) {
-    fail(Fault::bad_header, "what came is no frame of ours, or was damaged");
+    fail(Fault::bad_header, "the bytes received are no frame of this protocol, or are damaged");
     return false;
   }
   if (kind < static_cast<std::uint32_t>(FrameKind::hello) || kind > static_cast<std::uint32_t>(FrameKind::channels)) {

@@ -25,9 +25,9 @@ std::string in_words(std::span<const NotStanding> robots) {
   using Why = NotStanding::Why;
   static constexpr std::pair<Why, const char*> reasons[] = {{Why::moving, "moving"},
                                                             {Why::not_in_sight, "not in sight"},
-                                                            {Why::not_named, "never seen and named"},
+                                                            {Why::not_named, "never identified"},
                                                             {Why::not_told, "not told yet"},
-                                                            {Why::not_yet, "still looked at"}};
+                                                            {Why::not_yet, "still watched"}};
   std::string out;
   for (const auto& [why, words] : reasons) {
     std::vector<RobotId> of_these;

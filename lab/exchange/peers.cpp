@@ -263,7 +263,7 @@ PeerWait Peers::lose(Peer& peer) {
     limit(wait, peer, peer.counted, std::max(patience_, lost_after));
   if (was == Lost::no) counters_.add("gate.lost." + peer.name);
   if (was == Lost::no && wait.give_up.empty())
-    spdlog::warn("{} has lost {} at period {}: {}; {}; start {} again or mend the link (gate.on_peer_lost = \"{}\")",
+    spdlog::warn("{} has lost {} at period {}: {}; {}; restart {} or repair the link (gate.on_peer_lost = \"{}\")",
                  lab_, peer.name, period_, why,
                  pause ? fmt::format("robots pause until it is back, for {} s at most", patience_.count() / 1'000'000)
                        : "robots go on beside its last state",

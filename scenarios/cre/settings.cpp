@@ -38,8 +38,8 @@ void Settings::fields(const hal::Section& cre) {
   cre.field("sense_s", sense, {{0.1, 1e3}, "s", "from one reading of a flying robot's sensor to the next"});
   cre.field("hear_radius_m", hear_radius_m,
             {{0.001, 100}, "m", "how far a ground robot hears a flying one, in metres of the ground arena"});
-  cre.field("wall_zone_m", wall_zone_m, {{0, 100}, "m", "nearer walls are told to a robot"});
-  cre.field("repeat_s", repeat, {{0.1, 1e3}, "s", "how often a ground robot is told the same again"});
+  cre.field("wall_zone_m", wall_zone_m, {{0, 100}, "m", "robots sense walls within this distance"});
+  cre.field("repeat_s", repeat, {{0.1, 1e3}, "s", "interval between equal messages to a ground robot"});
   cre.field("commit", commit, {.range = {0, 1}, .help = "h: an uncommitted robot commits with probability h v"});
   cre.field(
       "recruit", recruit,

@@ -27,7 +27,7 @@ struct Settings {
   hal::LabTime sense{1'000'000};   // from one reading to the next
   double hear_radius_m = 0.20;     // from a flying robot's projected position to a ground robot
   double wall_zone_m = 0.068;      // walls nearer than this are told to a robot; metres of its arena
-  hal::LabTime repeat{1'000'000};  // how often a ground robot is told the same again
+  hal::LabTime repeat{1'000'000};  // interval between equal messages to a ground robot
   // What robots do; sent to them.
   double commit = 0.052;              // h
   double recruit = 0.8;               // k, of cross-inhibition, too

@@ -21,8 +21,9 @@ void Settings::fields(const hal::Section& dhtf) {
              {{1, 1023}, "s", "how long a robot waits: easy in all labs, hard in some, hard in all"});
   dhtf.field("requirements", requirements,
              {.range = {1, 1000}, .unit = "robots", .help = "needed for a task: [easy, hard]", .sample = "[2, 4]"});
-  dhtf.field("wall_zone_m", wall_zone_m, {{0, 100}, "m", "nearer walls are told to a robot"});
-  dhtf.field("repeat_s", repeat, {{0.01, 1e6}, "s", "how often a robot is told again what it seems to have missed"});
+  dhtf.field("wall_zone_m", wall_zone_m, {{0, 100}, "m", "robots sense walls within this distance"});
+  dhtf.field("repeat_s", repeat,
+             {{0.01, 1e6}, "s", "interval between repetitions to a robot that seems to have missed a message"});
   dhtf.field("nudge_site_m", nudge_site_m, {{-1, 1}, "m", "moves the first site in x, for control runs"});
 }
 

@@ -22,7 +22,7 @@ struct Settings {
   std::vector<std::int64_t> timeouts_s{30, 40, 60};  // a robot's wait: easy in all labs, hard in some, hard in all
   std::map<std::string, std::vector<std::int64_t>, std::less<>> requirements;  // by lab: robots for easy, hard
   double wall_zone_m = 0.066;      // walls nearer than this are told to a robot; arena metres
-  hal::LabTime repeat{1'000'000};  // how often a robot is told again what it seems to have missed
+  hal::LabTime repeat{1'000'000};  // interval between repetitions to a robot that seems to have missed a message
   double nudge_site_m = 0;         // moves the first site in +x of the shared frame, for control experiments
 
   void fields(const hal::Section& dhtf);

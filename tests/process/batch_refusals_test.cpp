@@ -100,7 +100,7 @@ TEST_CASE("results and a manifest that somebody else wrote are no reason to cras
   write("runs/00002/result.json", R"({"state": "failed", "counts": 3, "by_lab": [1], "ended": 7, "final_hash": {}})");
   write("runs/00003/result.json", R"({"state": "failed", "by_lab": {"a": 3}, "drops": []})");
   const auto gathered = bench.batch(file, "out", {"--gather"});
-  CHECK(gathered.second.find("2 runs are still to be done") != std::string::npos);
+  CHECK(gathered.second.find("2 runs are unfinished") != std::string::npos);
   CHECK(bench.batch(file, "out", {"--retry"}).first == 0);
   CHECK(bench.table("out") == table);
   for (const char* const result :

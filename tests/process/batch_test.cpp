@@ -156,7 +156,7 @@ TEST_CASE("a batch that the operator stops ends with exit code 3, says what is l
   CHECK(batch.wait(300s) == 3);
   const std::string said = batch.output();
   CAPTURE(said);
-  CHECK(said.find("the same command goes on with them") != std::string::npos);
+  CHECK(said.find("repeat the command to resume them") != std::string::npos);
   CHECK(bench.batch(slow, "slow").first == 0);
   CHECK(rows(bench.table("slow")) == 4);
 }
@@ -206,7 +206,7 @@ TEST_CASE("a run whose process is killed is still to be done, the others go on, 
   const std::string said = batch.output();
   CAPTURE(said);
   CHECK(said.find("run 1 (seed 2) did not finish: its process was killed from outside") != std::string::npos);
-  CHECK(said.find("1 run is still to be done; the same command goes on with it") != std::string::npos);
+  CHECK(said.find("1 run is unfinished; repeat the command to resume it") != std::string::npos);
   CHECK(said.find("2 of 3 runs finished, 0 failed") != std::string::npos);
   CHECK(nlohmann::json::parse(tests::read_file(out / "runs/00001/result.json")).at("state") == "killed");
   CHECK(rows(bench.table("out")) == 2);
@@ -246,7 +246,7 @@ TEST_CASE("a full disk stops a batch in plain words, and loses no finished run")
     CAPTURE(part);
     CHECK(part.find("code 1") != std::string::npos);
     CHECK(part.find("the disk of ") != std::string::npos);
-    CHECK(part.find("runs are still to be done; the same command goes on with them") != std::string::npos);
+    CHECK(part.find("runs are unfinished; repeat the command to resume them") != std::string::npos);
   }
   const std::size_t some = said.find(" of 16 runs finished, 0 failed");
   REQUIRE(some < half);

@@ -188,8 +188,8 @@ int main() { kilo_init(); debug_init(); kilo_start(setup, loop); return 0; }
             self.assertLess(moved, ended + STANDS_WITHIN_S, "no robot moves after the run")
             self.assertLess(moved - clicked, 2 + machine_late, "seconds after the click in which a robot still moved")
             # The last word of the lab: where its results are, and whether cameras saw all robots stand.
-            self.until("return document.getElementById('ended').textContent.startsWith(arguments[0])", f"ended; results in {self.out}/run; replay with arkmesh view {self.out}/run\nroark: stopped; robots told to stand; ")
-            self.assertRegex(self.driver.execute_script("return document.getElementById('ended').textContent"), "all robots were seen to stand$|not seen to: ")
+            self.until("return document.getElementById('ended').textContent.startsWith(arguments[0])", f"ended; results in {self.out}/run; replay with arkmesh view {self.out}/run\nroark: stopped; robots told to stop; ")
+            self.assertRegex(self.driver.execute_script("return document.getElementById('ended').textContent"), "all robots were seen standing$|not seen standing: ")
         self.assertEqual(json.loads((self.out / "run/result.json").read_text()).get("by_lab", {}).get("roark", {}).get("state", "stopped"), "stopped")
 
     def test_reset(self):
@@ -204,10 +204,10 @@ int main() { kilo_init(); debug_init(); kilo_start(setup, loop); return 0; }
             self.open(url)
             self.wait_for(walk)
             self.driver.find_element(By.ID, "command-reset").click()
-            self.until("return document.querySelector('.said').textContent .startsWith('roark: reset: said')")
+            self.until("return document.querySelector('.said').textContent .startsWith('roark: reset: accepted')")
             self.wait_for(lambda: not walk())
-            self.until("return document.querySelector('.said').textContent === 'roark: reset: said; robots told to stand; all robots were seen to stand'")
-            self.until("return /^roark: robots are kept still by the operator; lab time runs on/.test(document.getElementById('kept').textContent)")
+            self.until("return document.querySelector('.said').textContent === 'roark: reset: accepted; robots told to stop; all robots were seen standing'")
+            self.until("return /^roark: robots are held by the operator; lab time runs on/.test(document.getElementById('kept').textContent)")
             self.driver.find_element(By.ID, "command-resume").click()
             self.wait_for(walk)
             self.until("return document.getElementById('kept').hidden")

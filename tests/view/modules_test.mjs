@@ -59,7 +59,7 @@ test("every shortened message, a long one, a huge count and a strange type are r
   assert.throws(() => types.decode(huge), /more than its bytes can hold/);
   huge[8] = 0xff;
   assert.throws(() => types.decode(huge), /more than its bytes can hold/);
-  assert.throws(() => types.decode(new Uint8Array(40)), /does not tell of/);
+  assert.throws(() => types.decode(new Uint8Array(40)), /unknown to this server/);
   assert.equal(types.decode(good).value.n, 1, "and the next good one is read again");
 });
 
@@ -374,17 +374,17 @@ test("robots are named as the lab names them", () => {
 });
 
 test("whether robots stand is what cameras saw, never what was said", () => {
-  assert.equal(standing_words(paused({ not_standing: unseen })), "robots told to stand; not seen to: 17 (moving), 3, 40 (not in sight)");
-  assert.equal(standing_words(paused()), "robots told to stand; all robots were seen to stand");
+  assert.equal(standing_words(paused({ not_standing: unseen })), "robots told to stop; not seen standing: 17 (moving), 3, 40 (not in sight)");
+  assert.equal(standing_words(paused()), "robots told to stop; all robots were seen standing");
   assert.equal(standing_words(status()), "");
-  assert.equal(standing_words(status({ wanted: 2, not_standing: [{ robot: 1, why: 0 }, { robot: 2, why: 1 }] })), "robots told to sleep; not seen to stand: 1 (not told yet), 2 (still looked at)");
+  assert.equal(standing_words(status({ wanted: 2, not_standing: [{ robot: 1, why: 0 }, { robot: 2, why: 1 }] })), "robots told to sleep; not seen standing: 1 (not told yet), 2 (still watched)");
   assert.match(standing_words(paused({ phase: 4, outcome: 3 })), /unknown after the failure/, "an arena that failed names nobody");
   assert.doesNotMatch(own_words(paused({ not_standing: unseen })), /paused/);
   assert.match(own_words(paused()), /paused by the operator/);
 });
 
 test("a banner stands while somebody keeps robots still in an experiment that goes on", () => {
-  assert.equal(kept_words("shark", paused({ not_standing: unseen })), "shark: robots are kept still by the operator; lab time runs on; robots told to stand; not seen to: 17 (moving), 3, 40 (not in sight).");
+  assert.equal(kept_words("shark", paused({ not_standing: unseen })), "shark: robots are held by the operator; lab time runs on; robots told to stop; not seen standing: 17 (moving), 3, 40 (not in sight).");
   assert.match(kept_words("shark", paused({ kept_still: "lost peer", phase: 1 })), /by a lost peer; the lab waits/);
   for (const none of [status(), paused({ kept_still: "not begun" }), paused({ kept_still: "end" }), paused({ phase: 0 }), paused({ phase: 3, outcome: 2 }), null]) assert.equal(kept_words("shark", none), "");
 });
@@ -397,31 +397,31 @@ test("a command was only said; what comes of it is told from statuses that are n
   };
   assert.equal(hear(status()), "pause: sent");
   Object.assign(order, { refused: "", statuses: lab.statuses });
-  assert.equal(order_words(order, lab), "pause: said");
-  assert.equal(hear(status()), "pause: said", "it may be from before");
-  assert.equal(hear(paused({ not_standing: unseen })), "pause: said; robots told to stand; not seen to: 17 (moving), 3, 40 (not in sight)");
-  assert.equal(hear(paused()), "pause: said; robots told to stand; all robots were seen to stand");
-  assert.equal(hear(status()), "pause: said; robots were told to run since then");
+  assert.equal(order_words(order, lab), "pause: accepted");
+  assert.equal(hear(status()), "pause: accepted", "it may be from before");
+  assert.equal(hear(paused({ not_standing: unseen })), "pause: accepted; robots told to stop; not seen standing: 17 (moving), 3, 40 (not in sight)");
+  assert.equal(hear(paused()), "pause: accepted; robots told to stop; all robots were seen standing");
+  assert.equal(hear(status()), "pause: accepted; robots were told to run since");
   const reset = { name: "reset", refused: "", statuses: lab.statuses, took: false };
   lab.absorb("status", paused(), 0);
-  assert.equal(order_words(reset, lab), "reset: said; robots told to stand", "that they stood may be from before the reset");
+  assert.equal(order_words(reset, lab), "reset: accepted; robots told to stop", "that they stood may be from before the reset");
   lab.absorb("status", paused(), 0);
-  assert.match(order_words(reset, lab), /all robots were seen to stand/);
+  assert.match(order_words(reset, lab), /all robots were seen standing/);
   lab.absorb("status", paused({ phase: 3, outcome: 2, kept_still: "end" }), 0);
-  assert.match(order_words({ name: "stop", refused: "", statuses: lab.statuses - 1, took: false }, lab), /all robots were seen to stand/);
+  assert.match(order_words({ name: "stop", refused: "", statuses: lab.statuses - 1, took: false }, lab), /all robots were seen standing/);
   const resume = { name: "resume", refused: "", statuses: 0, took: false };
   lab.absorb("status", paused({ kept_still: "safety" }), 0);
-  assert.equal(order_words(resume, lab), "resume: said; robots are still kept still by safety");
+  assert.equal(order_words(resume, lab), "resume: accepted; robots are still held by safety");
   lab.absorb("status", status(), 0);
-  assert.equal(order_words(resume, lab), "resume: said; robots told to run");
+  assert.equal(order_words(resume, lab), "resume: accepted; robots told to run");
   assert.equal(order_words({ name: "arm", refused: "no", statuses: 0, took: false }, lab), "arm was refused: no");
 });
 
 test("the gate is told from phase and outcome, not from sentences", () => {
   assert.equal(gate_words(status({ phase: 1, state: "waiting for roark: link down" })), "◔ waiting for roark: link down");
   assert.match(gate_words(status({ state: "anything" })), /^▶ running$/);
-  assert.match(gate_words(paused({ not_standing: unseen })), /^❚❚ robots told to stand by the operator; lab time continues; .* not seen to: 17/);
-  assert.match(gate_words(paused({ phase: 4, outcome: 2, kept_still: "end" })), /^■ ended: stopped; .*seen to stand$/);
+  assert.match(gate_words(paused({ not_standing: unseen })), /^❚❚ robots told to stop by the operator; lab time continues; .* not seen standing: 17/);
+  assert.match(gate_words(paused({ phase: 4, outcome: 2, kept_still: "end" })), /^■ ended: stopped; .*seen standing$/);
 });
 
 test("of a recorded run the panel tells the period of the moment that is shown, and when the lab said what it says", () => {
@@ -451,16 +451,16 @@ test("a page that hears nothing for 3 s says so, and of labs that have ended the
   assert.match(silence_words(world, apart, 10_000), /^Not connected: the lab does not answer. What you see is old/);
   assert.deepEqual(ended_words(world), []);
   world.labs[0].absorb("status", paused({ phase: 4, outcome: 2, kept_still: "end", not_standing: unseen }), 0);
-  assert.deepEqual(ended_words(world), ["shark: stopped; robots told to stand; not seen to: 17 (moving), 3, 40 (not in sight)"]);
+  assert.deepEqual(ended_words(world), ["shark: stopped; robots told to stop; not seen standing: 17 (moving), 3, 40 (not in sight)"]);
   world.labs[1].absorb("status", paused({ phase: 4, outcome: 2, kept_still: "end" }), 0);
   assert.equal(ended_words(world)[0], "ended; results in runs/a b; replay with arkmesh view 'runs/a b'");
-  assert.equal(ended_words(world)[2], "roark: stopped; robots told to stand; all robots were seen to stand");
+  assert.equal(ended_words(world)[2], "roark: stopped; robots told to stop; all robots were seen standing");
   assert.match(silence_words(world, apart, 20_000), /has ended with its run/);
   const lost = "finished; 26 of 684 pairs in reach heard nothing of each other: why; or why";
-  world.labs[1].absorb("status", paused({ phase: 4, outcome: 1, state: `${lost}; robots were told to stand; not seen to: 3 (moving)` }), 0);
-  assert.equal(ended_words(world)[2], `roark: ${lost}; robots told to stand; all robots were seen to stand`);
+  world.labs[1].absorb("status", paused({ phase: 4, outcome: 1, state: `${lost}; robots were told to stop; not seen standing: 3 (moving)` }), 0);
+  assert.equal(ended_words(world)[2], `roark: ${lost}; robots told to stop; all robots were seen standing`);
   world.labs[1].absorb("status", paused({ phase: 4, outcome: 1, state: "finished" }), 0);
-  assert.equal(ended_words(world)[2], "roark: finished; robots told to stand; all robots were seen to stand");
+  assert.equal(ended_words(world)[2], "roark: finished; robots told to stop; all robots were seen standing");
 });
 
 test("a status of a former version is decoded by its own type and shown; what it does not say is unknown", () => {
@@ -478,7 +478,7 @@ test("a status of a former version is decoded by its own type and shown; what it
   assert.equal(gate_words(lab.status), "running");
   assert.equal(own_words(lab.status), "running");
   assert.deepEqual([standing_words(lab.status), kept_words("shark", lab.status), ended_words(world)], ["", "", []]);
-  assert.equal(order_words({ name: "pause", refused: "", statuses: 0, took: false }, lab), "pause: said");
+  assert.equal(order_words({ name: "pause", refused: "", statuses: 0, took: false }, lab), "pause: accepted");
   assert.equal(new Types(json).decode(bytes).type, "former.lab_status_t");
 });
 

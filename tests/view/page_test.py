@@ -286,26 +286,26 @@ class PageTest(unittest.TestCase):
             server.tell(self.status(lab))
         Select(self.driver.find_element(By.CSS_SELECTOR, ".control select")).select_by_visible_text("shark")  # not by its first letter, which is STOP
         self.driver.find_element(By.ID, "command-pause").click()
-        self.until("return document.querySelector('.said').textContent === 'shark: pause: said'")
+        self.until("return document.querySelector('.said').textContent === 'shark: pause: accepted'")
         self.assertTrue(self.js("return document.getElementById('kept').hidden"))
-        words = "robots told to stand; not seen to: 17 (moving), 3, 40 (not in sight)"
+        words = "robots told to stop; not seen standing: 17 (moving), 3, 40 (not in sight)"
         kept = {"wanted": 1, "kept_still": "operator", "state": f"running, with its robots paused by the operator; {words}"}
         unseen = [{"robot": 3, "why": 3}, {"robot": 17, "why": 2}, {"robot": 40, "why": 3}]
         server.tell(self.status(0, **kept, not_standing=unseen))
-        self.until("return document.querySelector('.said').textContent === arguments[0]", f"shark: pause: said; {words}")
-        self.until("return document.getElementById('kept').innerText === arguments[0]", f"shark: robots are kept still by the operator; lab time runs on; {words}.")
+        self.until("return document.querySelector('.said').textContent === arguments[0]", f"shark: pause: accepted; {words}")
+        self.until("return document.getElementById('kept').innerText === arguments[0]", f"shark: robots are held by the operator; lab time runs on; {words}.")
         self.until("return document.getElementById('side').innerText.includes(arguments[0])", words)
         said = [self.js("return document.body.innerText") for _ in range(3) if not time.sleep(0.3)]
         for text in said:
-            self.assertNotRegex(text, "paused|done|were seen to stand")
+            self.assertNotRegex(text, "paused|done|were seen standing")
         server.tell(self.status(0, **kept))
-        self.until("return document.querySelector('.said').textContent === 'shark: pause: said; robots told to stand; all robots were seen to stand'")
+        self.until("return document.querySelector('.said').textContent === 'shark: pause: accepted; robots told to stop; all robots were seen standing'")
         server.tell(self.status(0))
-        self.until("return document.getElementById('kept').hidden && /told to run since then/.test(document.querySelector('.said').textContent)")
+        self.until("return document.getElementById('kept').hidden && /told to run since/.test(document.querySelector('.said').textContent)")
         end = {"phase": 4, "outcome": 2, "wanted": 1, "kept_still": "end", "state": "failed: stopped by the operator"}
         server.tell(self.status(0, **end, not_standing=unseen))
         server.tell(self.status(1, **end))
-        self.until("return document.getElementById('ended').innerText === arguments[0]", f"ended; results in runs/demo; replay with arkmesh view runs/demo\nshark: stopped; {words}\nroark: stopped; robots told to stand; all robots were seen to stand")
+        self.until("return document.getElementById('ended').innerText === arguments[0]", f"ended; results in runs/demo; replay with arkmesh view runs/demo\nshark: stopped; {words}\nroark: stopped; robots told to stop; all robots were seen standing")
         server.stop()
         self.until("return /ended with its run/.test(document.getElementById('banner').textContent)")
         self.assertFalse(self.js("return document.getElementById('ended').hidden"))
@@ -384,7 +384,7 @@ class PageTest(unittest.TestCase):
         self.open(server)
         server.full = True
         server.loop.call_soon_threadsafe(lambda: [viewer.close() for viewer in list(server.viewers)])
-        self.until("return /the lab answers, but too many watch it/.test(document.getElementById('banner').textContent)")
+        self.until("return /the lab is reachable, but has too many viewers/.test(document.getElementById('banner').textContent)")
         server.full = False
         self.until("return document.getElementById('banner').hidden")
 

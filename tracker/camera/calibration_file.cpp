@@ -159,7 +159,7 @@ std::vector<NamedCamera> read_calibrations(const std::filesystem::path& file) {
     const cv::FileStorage in = open_file(file);
     const cv::FileNode cameras = in.isOpened() ? in["cameras"] : cv::FileNode();
     if (cameras.empty() && in.isOpened() && !in["camera_matrix"].empty())
-      refuse(file, "tells of a lens only, not where the camera hangs; place it with arkmesh calibrate --intrinsics");
+      refuse(file, "describes a lens only, not the camera's pose; add that with arkmesh calibrate --intrinsics");
     if (!cameras.isSeq() || cameras.size() == 0)
       refuse(
           file,

@@ -94,7 +94,7 @@ class VideoFile final : public Recording {
         return damaged();
       case PictureRecord::Kind::ended:
         if (record.count > 0 && error_.empty())
-          error_ = fmt::format("{} tells of {} that it does not hold: it is cut or damaged", path_,
+          error_ = fmt::format("{} announces {} that it does not contain: it is cut or damaged", path_,
                                hal::counted(static_cast<std::size_t>(record.count), "more picture"));
         return {};
       default:

@@ -194,10 +194,10 @@ class GuardDuty {
     machine_time().wait_until(now() + others_byte_takes);
     if (!hear() || silent_ == 0ms) return;
     note_holder(port_, program_, PortHolder::State::hung);
-    say(fmt::format(
-        "the program (process {}) has given no sign of life for {} s; its robots are told to stand until it "
-        "goes on",
-        program_, std::chrono::duration<double>(hung_after_).count()));
+    say(
+        fmt::format("the program (process {}) has given no sign of life for {} s; its robots are stopped until it "
+                    "continues",
+                    program_, std::chrono::duration<double>(hung_after_).count()));
     speaker_ = std::make_unique<Speaker>(stream_of(Handle(::fcntl(line_.get(), F_DUPFD_CLOEXEC, 0))),
                                          state_ ? state_->wanted : FleetCommand::Kind::pause);
   }

@@ -300,7 +300,7 @@ class KilobotArena final : public Arena {
     walkers_ = std::move(walkers);
     if (fresh.empty()) return;
     own_counters_.add("robots.moved_when_told_to_stand", fresh.size());
-    spdlog::warn("robots move although they were told to stand, and are told again: {}", in_words(fresh));
+    spdlog::warn("robots move although told to stop; the command is repeated: {}", in_words(fresh));
   }
 
   // Towards the end. False: not yet, and there is still time.

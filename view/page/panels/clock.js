@@ -41,7 +41,7 @@ export function lab_words(lab, recorded) {
     speed: s ? `${rate_words(s.speed)}×` : "",
     arena: arena ? `${arena.width_m} × ${arena.height_m} m, ${arena.platform}, ${lab.robots.length} of ${counted(arena.robots, "robot")}` : "",
     says: recorded ? (s && !plain ? `at ${said_at}: ${own_words(s)}` : "") : s ? gate_words(s) + (plain || keeper(s) || word(s, "phase") !== "going_on" ? "" : `; ${own_words(s)}`)
-      : lab.newest.has("status") ? "its status is not understood" : "nothing heard yet",
+      : lab.newest.has("status") ? "its status cannot be read" : "nothing heard yet",
     attention: Boolean(s && needs_attention(s)),
   };
 }
@@ -62,7 +62,7 @@ export function gate_words(status) {
   switch (phase) {
     case "starting": return "◔ starting";
     case "waiting": return `◔ ${own_words(status)}`;
-    case "going_on": return who ? `❚❚ robots told to stand by ${keeper_words(who)}; lab time continues${and}` : "▶ running";
+    case "going_on": return who ? `❚❚ robots told to stop by ${keeper_words(who)}; lab time continues${and}` : "▶ running";
     case "ending": return `■ ending: ${word(status, "outcome")}${and}`;
     case "ended": return `■ ended: ${word(status, "outcome")}${and}`;
     default: return status["state"];

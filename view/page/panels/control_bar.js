@@ -23,13 +23,13 @@ export function order_words(order, lab) {
   const { name, refused } = order, { status } = lab;
   if (refused === undefined) return `${name}: sent`;
   if (refused) return `${name} was refused: ${refused}`;
-  const said = `${name}: said`, wanted = word(status, "wanted"), fresh = lab.statuses - order.statuses;
+  const said = `${name}: accepted`, wanted = word(status, "wanted"), fresh = lab.statuses - order.statuses;
   if (fresh < 1 || wanted === undefined || name === "arm" || name === "disarm") return said;
   if (wanted === "run") {
     if (name === "resume") return `${said}; robots told to run`;
-    return order.took ? `${said}; robots were told to run since then` : said;
+    return order.took ? `${said}; robots were told to run since` : said;
   }
-  if (name === "resume") return keeper(status) && fresh > 1 ? `${said}; robots are still kept still by ${keeper_words(keeper(status))}` : said;
+  if (name === "resume") return keeper(status) && fresh > 1 ? `${said}; robots are still held by ${keeper_words(keeper(status))}` : said;
   order.took = true;
   const newer = fresh > 1 || (name === "stop" && word(status, "outcome") !== "open");
   return `${said}; ${not_standing_words(status) || newer ? standing_words(status) : told_words(status)}`;
@@ -46,7 +46,7 @@ export class ControlBar {
     /** The newest commands, by lab. @type {Map<number, Order>} */
     this.orders = new Map();
     this.said = h("output", { class: "said", role: "status" });
-    this.choice = h("select", { "aria-label": "lab that the buttons are for", onchange: () => (this.lab = Number(this.choice.value)) });
+    this.choice = h("select", { "aria-label": "lab for the buttons", onchange: () => (this.lab = Number(this.choice.value)) });
     this.stop_button = h("button", { class: "stop", id: "stop", title: "Stops the robots of all labs (key S)", onclick: () => this.stop() }, "■ STOP");
     this.buttons = h("span", { class: "buttons" });
     this.element = h("div", { class: "control" }, this.stop_button, this.choice, this.buttons, this.said);

@@ -49,7 +49,7 @@ export class Connection {
   async ask_why(socket) {
     const answer = await fetch("about.json").catch(() => null);
     if (answer?.ok && this.socket?.readyState !== WebSocket.OPEN && socket.readyState === WebSocket.CLOSED) {
-      this.listener.state(false, "the lab answers, but too many watch it, or this page was too slow; who has the token gets in");
+      this.listener.state(false, "the lab is reachable, but has too many viewers, or this page was too slow; a viewer with the token always gets in");
     }
   }
 

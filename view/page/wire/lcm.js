@@ -56,7 +56,7 @@ const primitives = {
   },
   string: (r) => {
     const length = r.view.getUint32(r.take(4));
-    if (length < 1) throw new DecodeError("holds a text without its end");
+    if (length < 1) throw new DecodeError("contains an unterminated string");
     const begin = r.take(length);
     return words.decode(r.bytes.subarray(begin, begin + length - 1));
   },
@@ -91,7 +91,7 @@ export class Types {
    */
   decode(bytes) {
     const type = this.name_of(bytes);
-    if (type === undefined) throw new DecodeError("is of a type that this server does not tell of");
+    if (type === undefined) throw new DecodeError("has a type unknown to this server");
     scopes = [];
     const reader = new Reader(bytes);
     reader.take(8);

@@ -47,7 +47,7 @@ export function robots_words(ascending) {
 export function not_standing_words(status) {
   const all = status?.["not_standing"];
   if (!Array.isArray(all)) return undefined;
-  const reasons = [["moving", "moving"], ["not_in_sight", "not in sight"], ["not_named", "never seen and named"], ["not_told", "not told yet"], ["not_yet", "still looked at"]];
+  const reasons = [["moving", "moving"], ["not_in_sight", "not in sight"], ["not_named", "never identified"], ["not_told", "not told yet"], ["not_yet", "still watched"]];
   const words = reasons.map(([why, says]) => {
     const robots = all.filter((one) => names.why[one.why] === why).map((one) => one.robot);
     return robots.length ? `${robots_words(robots)} (${says})` : "";
@@ -56,7 +56,7 @@ export function not_standing_words(status) {
 }
 
 /** @type {Record<string, string>} */
-const told = { still: "robots told to stand", asleep: "robots told to sleep", charging: "robots told to charge", showing_voltage: "robots told to show their voltage" };
+const told = { still: "robots told to stop", asleep: "robots told to sleep", charging: "robots told to charge", showing_voltage: "robots told to show their voltage" };
 
 /**
  * What robots were told, where that is to stand; empty: to run, or unknown.
@@ -73,10 +73,10 @@ export function told_words(status) {
 export function standing_words(status) {
   const says = told_words(status), not = not_standing_words(status);
   if (!says || not === undefined) return says;
-  if (not) return `${says}; not seen to${word(status, "wanted") === "still" ? "" : " stand"}: ${not}`;
+  if (not) return `${says}; not seen standing: ${not}`;
   // An arena that failed sees nobody, and so names nobody.
   if (word(status, "outcome") === "failed") return `${says}; whether they stand is unknown after the failure`;
-  return `${says}; all robots were seen to stand`;
+  return `${says}; all robots were seen standing`;
 }
 
 /**
@@ -102,7 +102,7 @@ export function kept_words(lab, status) {
   const who = keeper(status);
   if (!who) return "";
   const time = word(status, "phase") === "going_on" ? "lab time runs on" : "the lab waits, and lab time runs on after that";
-  return `${lab}: robots are kept still by ${keeper_words(who)}; ${time}; ${standing_words(status)}.`;
+  return `${lab}: robots are held by ${keeper_words(who)}; ${time}; ${standing_words(status)}.`;
 }
 
 /**
@@ -118,5 +118,5 @@ export function loss_words(status) {
  * @param {Message} status
  */
 export function own_words(status) {
-  return not_standing_words(status) ? status["state"].replaceAll("paused", "told to stand") : status["state"];
+  return not_standing_words(status) ? status["state"].replaceAll("paused", "told to stop") : status["state"];
 }

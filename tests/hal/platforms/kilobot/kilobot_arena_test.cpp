@@ -423,7 +423,7 @@ TEST_CASE("kilobot arena: whoever is out of sight, or was not told, is not said 
   CHECK(hal::in_words(testbed.arena->not_standing()) == "0-3 (not told yet)");
   testbed.cable->plugged = true;
   testbed.frame(95);  // 0.25 s to find the line, 2.5 s to settle, 0.5 s for the word
-  CHECK(hal::in_words(testbed.arena->not_standing()) == "0-3 (still looked at)");
+  CHECK(hal::in_words(testbed.arena->not_standing()) == "0-3 (still watched)");
   testbed.frame(120);
   CHECK(testbed.arena->not_standing().empty());
   testbed.eyes_see->covered = true;
