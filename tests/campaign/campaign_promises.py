@@ -1,5 +1,5 @@
 """What happens when: what labs promise for each fault, in each phase of a run, on each kind of arena. tests/campaign/campaign judges by this table, and
-docs/what-happens-when.md is written from it.
+The page of failure behaviour is printed from it.
 
 The lab that the fault meets is roark, its peer is shark.
 """
@@ -254,7 +254,7 @@ def links_page():
              "link is up and carries data all the time, unless the fault is the server's; `ordered` messages between the two are neither lost nor repeated (when a",
              "gateway was killed, a gap). A link that is down is shown so within 3 s (at a server 4 s), and data flows within 1 s of the path's return (2 s of a",
              "killed gateway's start; at a server 8 s, for a lost connection to it is tried each 5 s).", "",
-             "| fault | what happens | link shown as down | counter that grows |", "|---|---|---|---|"]
+             "| fault | event | link shown as down | counter that grows |", "|---|---|---|---|"]
     for fault, about in LINK_FAULTS.items():
         counters = {kind: about.counter(kind) for kind in LINKS if about.counter(kind) is not None}
         patterns = dict.fromkeys(counters.values())
@@ -274,15 +274,15 @@ def plain_counters(pattern):
 
 
 def page():
-    """docs/what-happens-when.md."""
-    lines = ["# What happens when", "",
-             "What a lab does when something goes wrong, in each phase of a run. `tests/campaign/campaign` brings two labs into each phase, does the fault, and judges",
-             "what came of it by these tables; `tests/campaign/campaign --docs` writes this page.", "",
-             "A cell gives the `state` in the lab's `result.json` and the lab's exit code, and that of its peer where it differs. In each cell the lab ends or",
-             "goes on within `gate.patience_s` (and a few seconds to notice and to end), says why in one sentence, and leaves a recording that can be read. A",
-             "killed lab's result says `running` until the next start marks it as `killed`. Robots on hardware stand still within 3.5 s of the lab's end, and",
-             "of when its controller can be reached again, by the emulator's record, however it ended; a lab that",
-             "is stopped ends with 4 where its cameras did not see them stand in time. A strict run that finishes has the hash of an undisturbed one.", ""]
+    """The page of failure behaviour."""
+    lines = ["# Failure behaviour", "",
+             "How a lab reacts to each fault, in each phase of a run. `tests/campaign/campaign` brings two labs into each phase, causes the fault, and checks",
+             "these tables, from which `tests/campaign/campaign --docs` prints this page.", "",
+             "A cell gives the `state` in the lab's `result.json` and the lab's exit code, and the peer's where it differs. In each cell the lab ends or",
+             "continues within `gate.patience_s` (and a few seconds to notice and to end), reports the reason in one sentence, and leaves a readable recording. A",
+             "killed lab's result says `running` until the next start marks it as `killed`. Real robots stop within 3.5 s of the lab's end, however it ended, and",
+             "of the moment when its controller is reachable again, by the emulator's record; a stopped",
+             "lab exits with 4 if its cameras did not see them stand in time. A strict run that finishes has the hash of an undisturbed one.", ""]
     lines += links_page()
     notes = []
     for arena, words in ARENAS.items():

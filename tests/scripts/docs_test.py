@@ -59,8 +59,8 @@ class Paper(unittest.TestCase):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_it_cites_what_its_list_has_and_lists_what_it_cites(self):
-        cited = set(re.findall(r"@([a-z_]+\d*)", (ROOT / "docs/paper/paper.md").read_text()))
-        listed = re.findall(r"^@\w+\{([^,]+),$", (ROOT / "docs/paper/paper.bib").read_text(), re.M)
+        cited = set(re.findall(r"@([a-z_]+\d*)", (ROOT / "paper/paper.md").read_text()))
+        listed = re.findall(r"^@\w+\{([^,]+),$", (ROOT / "paper/paper.bib").read_text(), re.M)
         self.assertEqual(sorted(cited), sorted(listed))
 
 

@@ -95,6 +95,7 @@ class Site(unittest.TestCase):
         for name in re.findall(r"^\| `([^`<]+)`", table, re.M):
             self.assertIn(f"<code>{name}</code>", keys)
         self.assertIn("lab.eyes(sectors=8", (self.folder / "docs/virtual-sensors.html").read_text())
+        self.assertIn("cluster partition 60 s", (self.folder / "docs/what-happens-when.html").read_text())
         gallery = (self.folder / "docs/controllers-gallery.html").read_text()
         for program in (ROOT / "tests/programs").glob("*.c"):
             self.assertIn(program.stem, gallery)

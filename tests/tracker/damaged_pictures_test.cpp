@@ -227,7 +227,7 @@ TEST_CASE("a video that is cut says how many pictures are missing") {
   std::string bytes = avi_of(std::vector<Bytes>(20, jpeg_of(grey(90))));
   const Watched all = watch(folder.write("cut.avi", bytes.substr(0, bytes.size() / 2)));
   CHECK(all.levels.size() < 12);
-  CHECK(has(all.error, "more pictures that it does not hold: it is cut or damaged"));
+  CHECK(has(all.error, "more pictures that it does not contain: it is cut or damaged"));
 }
 
 TEST_CASE("a video's pictures are as OpenCV decodes them") {
