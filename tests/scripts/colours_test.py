@@ -63,7 +63,7 @@ class Colours(unittest.TestCase):
 
     def test_the_table_for_scenario_writers_is_this_one(self):
         """docs/writing-a-scenario.md lists the same colours with the same meanings."""
-        page = (ROOT / "docs/writing-a-scenario.md").read_text().split("| colour | means |")[1].split("\n\n")[0]
+        page = (ROOT / "docs/writing-a-scenario.md").read_text().split("| colour | meaning |")[1].split("\n\n")[0]
         listed = dict(re.findall(r"\| `(\w+)` \| ([^|;]+?) *[;|]", page))
         self.assertEqual(listed, {name: colour["means"] for name, colour in COLOURS.items()})
 
