@@ -2,8 +2,9 @@
 from .places import within
 from .recorded import Batch, LabRun, Run, open_run
 from .recorded import open_run as open  # pylint: disable=redefined-builtin  # as it was called
-from .running import Failed, batch, lab, run
+from .running import batch, lab, run
 from .scenario import Lab, Others, Scenario
+from .session import Failed
 from .studies import check, sweep
 
 __version__ = "0.1.0"

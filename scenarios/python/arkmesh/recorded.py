@@ -16,6 +16,8 @@ from typing import Any, Iterator, Optional, Union
 import numpy
 from numpy.typing import NDArray
 
+from .session import call
+
 
 def read_table(path: PathLike) -> NDArray[Any]:
     """A CSV file with a header as a structured array: a column holds whole numbers, else numbers (nothing is NaN), else texts."""
@@ -237,7 +239,6 @@ class Run(_Arrays):
 
     def export(self) -> pathlib.Path:
         """The folder of the run's tables as CSV, which is written when it is not there."""
-        from .running import call
         out = self.folder / "export/csv"
         if self.state == "running" or not out.is_dir():
             call("export", str(self.folder), "--csv", "--force")
@@ -258,7 +259,6 @@ class Run(_Arrays):
 
     def film(self, out: Optional[PathLike] = None) -> pathlib.Path:
         """Writes a film of the arenas as the page draws them, and returns its path."""
-        from .running import call
         out = pathlib.Path(out or self.folder / "film.mp4")
         call("export", str(self.folder), "--mp4", "--out", str(out), "--force")
         return out

@@ -10,7 +10,8 @@ from typing import Any, Optional, Sequence, TypeVar
 import numpy
 from numpy.typing import ArrayLike, NDArray
 
-from .kit import Kit, _number
+from .kit import Kit
+from .pieces import _number
 
 _Setting = TypeVar("_Setting", bool, int, float, str)
 

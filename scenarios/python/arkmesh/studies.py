@@ -8,8 +8,9 @@ import tempfile
 from typing import Any, Iterable, Mapping, Optional, Type, Union
 
 from . import answering, running
-from .recorded import Batch
+from .recorded import Batch, Run
 from .scenario import Scenario
+from .session import Failed, Session, serve
 
 # Two labs of which the second has half the size: what depends on a lab's own metres shows itself.
 LABS = """[lab]
@@ -66,8 +67,8 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     text = f"labs = {json.dumps([os.path.abspath(lab) for lab in labs])}\nseeds = {json.dumps([int(seed) for seed in seeds])}\n[sweep]\n"
     experiment.write_text(text + "".join(f"{json.dumps(key)} = {json.dumps(values, default=running.plain)}\n" for key, values in swept.items()))
     sets = arguments[len(labs):]
-    session = running.Session(["batch", str(experiment), *sets, "--jobs", str(jobs)], cls is not None, progress)
-    first = running.serve(session, running.maker(cls))
+    session = Session(["batch", str(experiment), *sets, "--jobs", str(jobs)], cls is not None, progress)
+    first = serve(session, running.maker(cls))
     if not (folder / "runs.csv").is_file():
         session.check(folder, first)
     return Batch(folder)
@@ -87,12 +88,12 @@ def check(scenario: Union[Type[Scenario], str, os.PathLike], *, robots: int = 6,
     with tempfile.TemporaryDirectory(prefix="arkmesh-check-") as place:
         files = [pathlib.Path(place) / f"{name}.toml" for name in "ab"]
 
-        def tried(folder: str, count: int) -> Optional[running.Run]:
+        def tried(folder: str, count: int) -> Optional[Run]:
             for file, width in zip(files, (0.6, 0.3)):
                 file.write_text(LABS.format(name=file.stem, robots=count, width=width))
             try:
                 return running.run(scenario, *files, seconds=seconds, seed=1, settings=settings, out=pathlib.Path(place) / folder)
-            except running.Failed as failed:
+            except Failed as failed:
                 found.append(str(failed).partition("; the run's folder is")[0])
                 return None
 

@@ -1,0 +1,219 @@
+"""The kit's pieces as a scenario sees them. The lab computes them (scenarios/kit), for C++ and Python alike; their arrays come with
+each frame, one row for each robot of the lab, NaN for robots that were never seen."""
+from __future__ import annotations
+
+import math
+import os
+import sys
+
+import numpy
+from numpy.typing import ArrayLike, NDArray
+
+ALL_LEDS = tuple(range(9))  # 8: unknown
+
+
+def _number(name, value, low=-1e12, high=1e12):
+    if isinstance(value, (bool, numpy.bool_)) or not isinstance(value, (int, float, numpy.number)):
+        raise ValueError(f"{name} is a number, and not {value!r}")
+    value = float(value)
+    if not low <= value <= high:
+        raise ValueError(f"{name} must be {low:g} to {high:g}, and is {value:g}")
+    return value
+
+
+def _whole(name, value, low, high):
+    number = _number(name, value, low, high)
+    if number != int(number):
+        raise ValueError(f"{name} is a whole number, and not {value!r}")
+    return int(number)
+
+
+def _pair(name, values, low=-1e12, high=1e12):
+    if numpy.shape(values) != (2,):
+        raise ValueError(f"{name} is two numbers, and is {values!r}")
+    return [_number(name, value, low, high) for value in values]
+
+
+def _name(what, name):
+    if not isinstance(name, str) or not name.isidentifier() or len(name) > 30:
+        raise ValueError(f"the name of {what} is a word of up to 30 letters, digits and _, and not {name!r}")
+    return name
+
+
+def _callers_line():
+    """The user's, such as mine.py:5."""
+    frame = sys._getframe(1)
+    while frame.f_back and os.path.dirname(frame.f_code.co_filename) == os.path.dirname(__file__):
+        frame = frame.f_back
+    return f"{os.path.basename(frame.f_code.co_filename)}:{frame.f_lineno}"
+
+
+class Piece:
+    columns = 1
+
+    def __init__(self, lab, number, columns=None):
+        self._lab, self._number, self.columns = lab, number, columns or self.columns
+        self.sensed = numpy.full((len(lab.ids), self.columns), numpy.nan)
+        self._world = numpy.zeros(0)  # what is known of the piece itself, as merged last
+
+    def _merge(self, world):
+        self._world = world
+
+    def _see(self, rows, sensed):
+        if rows is None:
+            self.sensed = sensed
+        else:
+            self.sensed = self.sensed.copy()  # a scenario may keep the former one
+            self.sensed[rows] = sensed
+
+
+def _leds(leds):
+    leds = sorted({_whole("an LED", led, 0, 8) for led in (ALL_LEDS if leds is None else numpy.atleast_1d(leds).tolist())})
+    if not leds:
+        raise ValueError("leds are numbers 0 to 8, and there are none")
+    return leds
+
+
+class Eyes(Piece):
+    """What is near in each sector: `distance` (n, sectors) in metres, infinite where nothing is within reach."""
+
+    @property
+    def distance(self) -> NDArray[numpy.float64]:
+        return numpy.where(self.sensed < 0, numpy.inf, self.sensed)
+
+    @property
+    def bits(self) -> NDArray[numpy.int64]:
+        """Of each robot, one number: a bit for each sector in which something is near, the first sector's highest."""
+        return (self.sensed >= 0) @ (1 << numpy.arange(self.columns - 1, -1, -1))
+
+
+class Crowd(Piece):
+    """`count` (n): how many robots are near each robot."""
+
+    @property
+    def count(self) -> NDArray[numpy.int64]:
+        return self.sensed[:, 0]
+
+
+class Trail(Piece):
+    """Pheromone of the shared world. `value` (n) under each robot, `gradient` (n, 2) along x and y of this arena per metre of it,
+    `zones` (n) as bits, the rightmost zone's lowest."""
+
+    columns = 4
+
+    @property
+    def value(self) -> NDArray[numpy.float64]:
+        return self.sensed[:, 0]
+
+    @property
+    def gradient(self) -> NDArray[numpy.float64]:
+        return self.sensed[:, 1:3]
+
+    @property
+    def zones(self) -> NDArray[numpy.int64]:
+        return numpy.nan_to_num(self.sensed[:, 3]).astype(int)
+
+    def lay(self, who: ArrayLike, amount: ArrayLike = 1.0) -> None:
+        """In frame(): the robots `who` (a mask over the rows, or ids) lay so much, one number or one for each of them, where the frame
+        has them. All labs have it from the next boundary on."""
+        rows, by_ids = self._lab._rows(who)
+        amount = numpy.asarray(amount, dtype=float)
+        if amount.shape not in ((), (len(rows),) if by_ids else (len(self._lab.ids),)):
+            raise ValueError(f"amount is one number, or one for each robot, and has the shape {amount.shape}")
+        each = numpy.broadcast_to(amount, len(rows)) if amount.ndim == 0 or by_ids else amount[rows]
+        if not numpy.isfinite(each).all() or (each < 0).any():
+            raise ValueError("amount must be 0 or more, and holds less, or NaN")
+        rows, each = rows[each > 0], each[each > 0]
+        if len(rows):
+            self._lab._said.setdefault("kit_acts", []).append(
+                {"piece": self._number, "robots": self._lab.ids[rows].tolist(), "amounts": each.tolist()})
+
+
+class Region(Piece):
+    """A part of the shared world. `inside` (n): whether a robot is in it. As merged at the last boundary, alike in all labs: `robots`, how many
+    of all labs are in it and count; `stock`, what is left of its resource; `share`, what each of them got of it in the last period."""
+
+    @property
+    def inside(self) -> NDArray[numpy.bool_]:
+        return self.sensed[:, 0] == 1
+
+    @property
+    def robots(self) -> int:
+        return int(self._world[0])
+
+    @property
+    def stock(self) -> float:
+        return float(self._world[1])
+
+    @property
+    def share(self) -> float:
+        return float(self._world[2])
+
+
+class Floor(Piece):
+    """`level` (n) of the tile under each robot; -1 where a robot was never seen."""
+
+    @property
+    def level(self) -> NDArray[numpy.int64]:
+        return numpy.nan_to_num(self.sensed[:, 0], nan=-1).astype(int)
+
+
+class Towards(Piece):
+    """Where a place of the shared world lies for each robot: `bearing` (n) from its heading, counter-clockwise, and `distance` (n) in
+    the shared world."""
+
+    columns = 2
+
+    @property
+    def bearing(self) -> NDArray[numpy.float64]:
+        return self.sensed[:, 0]
+
+    @property
+    def distance(self) -> NDArray[numpy.float64]:
+        return self.sensed[:, 1]
+
+    def sector(self, sectors: int) -> NDArray[numpy.int64]:
+        """(n) of so many equal sectors, 0 around straight ahead, then counter-clockwise; 0 where a robot was never seen."""
+        return numpy.nan_to_num(numpy.floor(self.bearing / (2 * math.pi) * sectors + 0.5)).astype(int) % sectors
+
+
+class Gps(Piece):
+    """Where each robot is, as whole numbers: `column` and `row` (n) of the cell that it is in or next to, from the left and from below, and
+    `heading` (n) as one of so many directions, 0 around x, then counter-clockwise; -1 where a robot was never seen."""
+
+    def _cell(self, axis):
+        cells = numpy.floor((self.sensed[:, axis] / self.size[axis] + 0.5) * self.cells[axis])
+        return numpy.nan_to_num(numpy.clip(cells, 0, self.cells[axis] - 1), nan=-1).astype(int)
+
+    cells: list[int]
+    size: list[float]
+    column = property(lambda self: self._cell(0))
+    row = property(lambda self: self._cell(1))
+
+    @property
+    def heading(self) -> NDArray[numpy.int64]:
+        turned = numpy.floor(self.sensed[:, 2] / (2 * math.pi) * self.cells[2] + 0.5) % self.cells[2]
+        return numpy.nan_to_num(turned, nan=-1).astype(int)
+
+
+class Light(Piece):
+    """`level` (n) of virtual light at each robot, 0 to 1023; -1 where a robot was never seen."""
+
+    @property
+    def level(self) -> NDArray[numpy.int64]:
+        return numpy.nan_to_num(self.sensed[:, 0], nan=-1).astype(int)
+
+
+class Voices(Piece):
+    """What robots say to others in all labs. `heard` (n, values): how many others within range, or joined by the graph, say each value."""
+
+    @property
+    def heard(self) -> NDArray[numpy.int64]:
+        return numpy.nan_to_num(self.sensed).astype(int)
+
+    def say(self, who: ArrayLike, value: ArrayLike) -> None:
+        """In frame(): what the robots `who` (a mask over the rows, or ids) say from now on: one value or one for each; -1 is silence."""
+        rows, by_ids = self._lab._rows(who)
+        each = numpy.broadcast_to(self._lab._chosen("value", value, -1, self.columns - 1, rows, by_ids), len(rows))
+        if len(rows):
+            self._lab._said.setdefault("kit_acts", []).append({"piece": self._number, "robots": self._lab.ids[rows].tolist(), "values": each.astype(int).tolist()})
