@@ -264,7 +264,7 @@ class PageTest(unittest.TestCase):
         self.until("return !document.getElementById('stop').disabled && document.querySelector('.control select').offsetParent !== null")
         self.driver.find_element(By.ID, "stop").click()
         self.assertEqual(self.heard(server, "command", 2), [{"lab": 0, "name": "stop"}, {"lab": 1, "name": "stop"}])
-        self.until("return document.querySelector('.said').textContent === 'shark: stop: said\\nroark: stop: said'")
+        self.until("return document.querySelector('.said').textContent === 'shark: stop: accepted\\nroark: stop: accepted'")
         server.heard.clear()
         self.driver.find_element(By.TAG_NAME, "body").send_keys("s")
         self.assertEqual(self.heard(server, "command", 2), [{"lab": 0, "name": "stop"}, {"lab": 1, "name": "stop"}])
