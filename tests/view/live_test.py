@@ -130,7 +130,7 @@ int main() { kilo_init(); debug_init(); kilo_start(setup, loop); return 0; }
 
         def press(name):
             self.driver.find_element(By.ID, f"command-{name}").click()
-            self.until("return document.querySelector('.said').textContent.startsWith(arguments[0])", f"talks.c: {name}: said")  # more follows a status
+            self.until("return document.querySelector('.said').textContent.startsWith(arguments[0])", f"talks.c: {name}: accepted")  # more follows a status
 
         def says(*words):
             self.wait_for(lambda: all(word in self.driver.execute_script(shown) for word in words))
