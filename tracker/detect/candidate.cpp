@@ -89,6 +89,14 @@ Candidate candidate(const CircleFit& circle_fit) {
   return one;
 }
 
+double confidence(const Candidate& candidate, double score, double others_r_px) {
+  // A logistic regression: robots and other things that the net had seen in 60 painted rooms and the given pictures.
+  const double off = std::log(candidate.circle_fit.circle.r_px / others_r_px);
+  const double odds = 1.67 * std::log(score / (1 - score)) + 1.21 * candidate.evidence + 0.58 * candidate.shape +
+                      1.16 * candidate.weber + (candidate.circle_fit.darker ? 1.25 : 0) - 2.43;
+  return 1 / (1 + std::exp(60 * off * off - odds));
+}
+
 std::vector<SizeEvidence> size_evidence(std::vector<Candidate> candidates, int width_px, int height_px) {
   std::sort(candidates.begin(), candidates.end());
   std::vector<SizeEvidence> groups;
@@ -121,6 +129,34 @@ std::vector<SizeEvidence> size_evidence(std::vector<Candidate> candidates, int w
     if (groups[i].r_px > 1.2 * groups[0].r_px && groups[i].r_px < 1.7 * groups[0].r_px &&
         groups[i].votes > 0.6 * groups[0].votes)
       std::swap(groups[0], groups[i]);
+  return groups;
+}
+
+std::vector<SizeEvidence> size_evidence(std::vector<NetFind> finds, int width_px, int height_px) {
+  std::stable_sort(finds.begin(), finds.end(), [](const NetFind& a, const NetFind& b) { return a.score > b.score; });
+  std::vector<SizeEvidence> groups;
+  for (const NetFind& first : finds) {
+    // Only strong finds can name a size.
+    const double r_px = first.circle.r_px;
+    if (first.score < 0.4 || groups.size() > 60) break;
+    if (std::ranges::any_of(groups, [&](const SizeEvidence& group) { return std::abs(group.r_px / r_px - 1) < 0.04; }))
+      continue;
+    Places places(min_apart * r_px, width_px, height_px);
+    std::vector<double> radii;
+    SizeEvidence group{r_px, 0};
+    for (const NetFind& one : finds) {
+      if (std::abs(std::log(one.circle.r_px / r_px)) > 0.18 || places.taken(one.circle, min_apart * r_px)) continue;
+      places.add(one.circle);
+      group.votes += std::pow(one.score, 4);
+      if (one.score > 0.4) radii.push_back(one.circle.r_px);
+    }
+    group.r_px = median(radii);
+    group.votes *= std::min(1.0, r_px / 8);
+    if (std::ranges::none_of(groups,
+                             [&](const SizeEvidence& other) { return std::abs(other.r_px / group.r_px - 1) < 0.1; }))
+      groups.push_back(group);
+  }
+  std::ranges::stable_sort(groups, [](const SizeEvidence& a, const SizeEvidence& b) { return a.votes > b.votes; });
   return groups;
 }
 

@@ -5,6 +5,7 @@
 
 #include "tracker/detect/circle_fit.hpp"
 #include "tracker/detect/explanation.hpp"
+#include "tracker/detect/search_net.hpp"
 
 namespace arkmesh::tracker {
 
@@ -22,6 +23,9 @@ struct Candidate {
 
 Candidate candidate(const CircleFit& circle_fit);
 
+// 0..1 that it is a robot, of which the net says `score`, where the others have that radius.
+double confidence(const Candidate& candidate, double score, double others_r_px);
+
 // What the robots of one view have in common.
 struct Likeness {
   double r_px = 0;                  // at the picture's origin ...
@@ -33,6 +37,9 @@ struct Likeness {
 
 // Robots of one view are about the same size: the radii that strong candidates name, the one with most evidence first.
 std::vector<SizeEvidence> size_evidence(std::vector<Candidate> candidates, int width_px, int height_px);
+
+// The same of what the net sees.
+std::vector<SizeEvidence> size_evidence(std::vector<NetFind> finds, int width_px, int height_px);
 
 // From candidates whose radius differs from r_px by at most the given part of it.
 Likeness likeness(const std::vector<Candidate>& candidates, double r_px, double tolerance);

@@ -13,6 +13,7 @@
 #include "tracker/detect/led_spot.hpp"
 #include "tracker/detect/median.hpp"
 #include "tracker/detect/round_votes.hpp"
+#include "tracker/detect/search_net.hpp"
 #include "tracker/detect/white_balance.hpp"
 
 namespace arkmesh::tracker {
@@ -20,6 +21,11 @@ namespace arkmesh::tracker {
 namespace {
 
 constexpr double max_single_px = 128;       // a single circle that is larger is more often something else than a robot
+constexpr double least_score = 0.3;         // of the net, for a closer look
+constexpr double surely_seen = 0.7;         // confidence in what only the net has seen
+constexpr double least_likeness = 0.5;      // of that: plain discs and rings have none
+constexpr double fewest_of_own = 3;         // beyond doubt, where nothing else was found
+constexpr std::size_t max_sizes = 6;        // that are looked at closely, of those that the net sees
 constexpr std::size_t max_objections = 60;  // that an explanation holds
 
 // Whether a picture has no colour where its robots are: a monochrome camera's.
@@ -46,6 +52,7 @@ class Detector::Search {
   std::vector<Detection> search(const cv::Mat& bgr) {
     noise_ = noise_of(bgr);
     taken_block_ = 0;
+    net_.look_at(bgr);
     std::vector<Candidate> robots;
     if (settings_.diameter_px) {
       robots = about_diameter(bgr, *settings_.diameter_px);
@@ -58,10 +65,11 @@ class Detector::Search {
         });
         robots = united(bgr, {robots, untold});
       }
-      return with_leds(bgr, robots);
+      return with_leds(bgr, with_second_opinion(bgr, std::move(robots)));
     }
     if (diameter_px_) robots = about_diameter(bgr, *diameter_px_);
     if (robots.empty()) diameter_px_.reset(), robots = of_any_diameter(bgr);
+    robots = with_second_opinion(bgr, std::move(robots));
     // Three that agree are worth remembering; cameras are refocused and tables tilted, so it drifts along.
     if (robots.size() < 3)
       diameter_px_.reset();
@@ -327,6 +335,71 @@ class Detector::Search {
            (outside > 1.2 * black + 8 && ring - black < 0.35 * (outside - black));
   }
 
+  // The trained net's opinion: adds robots of the others' size; where it does not see most of what was found, or
+  // nothing was found, it looks for robots of any size.
+  std::vector<Candidate> with_second_opinion(const cv::Mat& bgr, std::vector<Candidate> robots) {
+    std::size_t agreed = 0;
+    if (!robots.empty()) {
+      const double r_px = median_r_px(robots);
+      const std::vector<Candidate> seen = seen_by_net(bgr, r_px);
+      agreed = static_cast<std::size_t>(std::ranges::count_if(robots, [&](const Candidate& one) {
+        return std::ranges::any_of(finds_, [&](const NetFind& find) {
+          return find.score > 0.5 && std::hypot(find.circle.x_px - one.circle_fit.circle.x_px,
+                                                find.circle.y_px - one.circle_fit.circle.y_px) < 0.5 * r_px;
+        });
+      }));
+      if (2 * agreed >= robots.size()) {
+        // What was found already keeps its place.
+        Places places(1.5 * r_px, bgr.cols, bgr.rows);
+        for (const Candidate& one : robots) places.add(one.circle_fit.circle);
+        for (const Candidate& one : seen)
+          if (!places.taken(one.circle_fit.circle, 1.5 * r_px)) robots.push_back(one);
+        std::sort(robots.begin(), robots.end());
+        return robots;
+      }
+    }
+    if (settings_.diameter_px) return robots;
+    finds_.clear();
+    for (double r_px = settings_.smallest_diameter_px / 2; r_px < settings_.largest_diameter_px / 2;
+         r_px *= std::numbers::sqrt2)
+      net_.find(r_px, least_score, finds_);
+    const std::vector<SizeEvidence> sizes = size_evidence(finds_, bgr.cols, bgr.rows);
+    std::vector<Candidate> best;
+    double most = std::max(static_cast<double>(agreed), fewest_of_own);
+    for (std::size_t i = 0; i < std::min(sizes.size(), max_sizes); ++i) {
+      std::vector<Candidate> some = seen_by_net(bgr, sizes[i].r_px);
+      if (some.empty()) continue;
+      // Again at the size that the edges have.
+      some = seen_by_net(bgr, median_r_px(some));
+      double votes = 0;
+      for (const Candidate& one : some)
+        votes += std::pow(one.evidence, 4) * std::min(1.0, one.circle_fit.circle.r_px / 8);
+      if (votes > most) most = votes, best = std::move(some);
+    }
+    return best.empty() ? robots : best;
+  }
+
+  // Robots of that size which the net sees and whose edge can be measured; what the net sees is in finds_.
+  std::vector<Candidate> seen_by_net(const cv::Mat& bgr, double r_px) {
+    finds_.clear();
+    net_.find(r_px, least_score, finds_);
+    std::vector<Candidate> seen;
+    for (const NetFind& find : finds_) {
+      std::optional<Candidate> best;
+      for (const double r : {find.circle.r_px, r_px})
+        for (const bool darker : {true, false})
+          if (const auto circle_fit =
+                  fitter_.fit(bgr, {find.circle.x_px, find.circle.y_px, r}, r == r_px ? 0.14 : 0.22, darker, noise_)) {
+            Candidate one = candidate(*circle_fit);
+            one.evidence = confidence(one, find.score, r_px);
+            if (!best || one.evidence > best->evidence) best = one;
+          }
+      if (best && best->evidence > surely_seen && best->likeness > least_likeness && best->circle_fit.inside > 0.6F)
+        seen.push_back(*best);
+    }
+    return united(bgr, {seen});
+  }
+
   // Searches at neighbouring sizes together: near a limit each alone may miss a robot, and what only one finds is
   // mostly none.
   std::vector<Candidate> about_diameter(const cv::Mat& bgr, double diameter_px) {
@@ -429,6 +502,8 @@ class Detector::Search {
   int taken_block_ = 0;  // of the whole picture in picture_ and votes_; 0: they hold something else
   RoundVotes votes_;
   CircleFitter fitter_;
+  SearchNet net_;
+  std::vector<NetFind> finds_;
   std::vector<CircleVote> circle_votes_;
   Explanation* explanation_ = nullptr;  // of the search that goes on, if it is wanted
 };

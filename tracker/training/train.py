@@ -1,0 +1,147 @@
+#!/usr/bin/python3
+"""Trains the net that searches pictures for robots, from nothing, on painted rooms only: see README.md.
+
+Usage: train.py OUT.onnx [ROOMS] [EPOCHS]
+"""
+import sys
+import time
+
+import cv2
+import numpy as np
+import torch
+from torch import nn
+from torch.nn import functional as F
+from torch.nn.utils.fusion import fuse_conv_bn_eval
+
+import rooms
+
+CELL = 4  # pixels of the net's picture to one of its answers
+SEED = 1
+
+
+class SearchNet(nn.Module):
+    """A picture, 0..1, blue first, to four maps: robot here (before the sigmoid), x and y off in cells, ln(radius / 5)."""
+
+    def __init__(self):
+        super().__init__()
+        layers = []
+        for taken, given, step, wide in ((3, 8, 2, 1), (8, 24, 2, 1), (24, 24, 1, 1), (24, 24, 1, 2)):
+            layers += [nn.Conv2d(taken, given, 3, step, wide, dilation=wide), nn.BatchNorm2d(given), nn.ReLU()]
+        self.layers = nn.Sequential(*layers, nn.Conv2d(24, 4, 1))
+        self.layers[-1].bias.data[0] = -4
+
+    def forward(self, picture):
+        return self.layers(picture)
+
+
+def target(truth):
+    """Maps of what the net should answer, and of how much each cell counts."""
+    size = rooms.SIZE // CELL
+    heat, places, weight = np.zeros((size, size), np.float32), np.zeros((3, size, size), np.float32), np.ones((size, size), np.float32)
+    nearest = np.full((size, size), 9.0)
+    y, x = np.mgrid[0:size, 0:size].astype(float)
+    for px, py, r in truth:
+        cx, cy = (px + 0.5) / CELL - 0.5, (py + 0.5) / CELL - 0.5
+        inside = min(px, py, rooms.SIZE - 1 - px, rooms.SIZE - 1 - py)
+        d2 = (x - cx) ** 2 + (y - cy) ** 2
+        if 3.6 <= r <= 6.8 and inside > 0.4 * r:
+            heat = np.maximum(heat, np.exp(-d2 / (2 * 0.7**2)))
+            closer = d2 < nearest
+            nearest = np.where(closer, d2, nearest)
+            for part, value in enumerate((cx - x, cy - y, np.full_like(x, np.log(r / 5)))):
+                places[part] = np.where(closer, value, places[part])
+        elif 2.8 < r < 8.2:  # a robot, but not wholly; or nearly of the size: no matter
+            weight[d2 < (r / CELL) ** 2] = 0
+    here = (nearest < 1.3**2).astype(np.float32)
+    return np.concatenate([heat[None], weight[None], here[None], places]).astype(np.float32)
+
+
+def loss_of(answer, wanted):
+    heat, weight, here, places = wanted[:, 0], wanted[:, 1], wanted[:, 2], wanted[:, 3:]
+    # Peaks count most; near ones are no mistake.
+    sure = torch.sigmoid(answer[:, 0]).clamp(1e-4, 1 - 1e-4)
+    peak = (heat > 0.35).float() * heat
+    hot = -(peak * (1 - sure) ** 2 * torch.log(sure)).sum()
+    cold = -((heat <= 0.35).float() * weight * (1 - heat) ** 4 * sure**2 * torch.log(1 - sure)).sum()
+    off = (here[:, None] * (answer[:, 1:] - places).abs() * torch.tensor([1.0, 1.0, 4.0]).view(1, 3, 1, 1)).sum()
+    return (hot + cold + 0.6 * off) / (here.sum() / 4 + 10)
+
+
+def turned(pictures, truths, how):
+    """Pictures and truths, mirrored and turned by quarters."""
+    last = rooms.SIZE - 1
+    if how & 1:
+        pictures, truths = pictures[:, :, ::-1], [np.c_[last - t[:, 0], t[:, 1:]] for t in truths]
+    if how & 2:
+        pictures, truths = pictures[:, ::-1], [np.c_[t[:, 0], last - t[:, 1], t[:, 2]] for t in truths]
+    if how & 4:
+        pictures, truths = pictures.transpose(0, 2, 1, 3), [t[:, [1, 0, 2]] for t in truths]
+    return pictures, truths
+
+
+def train(pictures, truths, epochs, held_out=200):
+    torch.manual_seed(SEED)
+    torch.set_num_threads(1)
+    chance = np.random.default_rng(SEED)
+    net = SearchNet()
+    batch, count = 16, len(pictures) - held_out
+    steps = epochs * (count // batch)
+    optimiser = torch.optim.AdamW(net.parameters(), 4e-3, weight_decay=1e-4)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 4e-3, steps, pct_start=0.1)
+    began, sum_ = time.time(), 0.0
+    for step in range(steps):
+        if step % (count // batch) == 0:
+            order = chance.permutation(count)
+        chosen = order[step % (count // batch) * batch:][:batch]
+        shown, known = turned(pictures[chosen], [truths[i] for i in chosen], int(chance.integers(8)))
+        wanted = torch.from_numpy(np.stack([target(t) for t in known]))
+        answer = net(torch.from_numpy(np.ascontiguousarray(shown.transpose(0, 3, 1, 2))).float() / 255)
+        loss = loss_of(answer, wanted)
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+        schedule.step()
+        sum_ += loss.item()
+        if (step + 1) % 200 == 0:
+            print(f"step {step + 1} of {steps}, loss {sum_ / 200:.3f}, {time.time() - began:.0f} s", flush=True)
+            sum_ = 0.0
+    net.eval()
+    print(accuracy(net, pictures[count:], truths[count:]))
+    return net
+
+
+def accuracy(net, pictures, truths):
+    """Of rooms not trained on: robots of the right size found within a quarter radius, and false finds, by threshold."""
+    with torch.no_grad():
+        answer = net(torch.from_numpy(np.ascontiguousarray(pictures.transpose(0, 3, 1, 2))).float() / 255)
+    sure = torch.sigmoid(answer[:, 0])
+    peaks = sure * (sure == F.max_pool2d(sure[:, None], 3, 1, 1)[:, 0])
+    lines = []
+    for least in (0.2, 0.3, 0.4, 0.5, 0.6):
+        robots = found = false = 0
+        for k, truth in enumerate(truths):
+            asked = [t for t in truth if 3.9 < t[2] < 6.4 and min(t[0], t[1], 159 - t[0], 159 - t[1]) > t[2]]
+            robots += len(asked)
+            y, x = np.nonzero(peaks[k].numpy() > least)
+            at = np.stack([(x + answer[k, 1, y, x].numpy() + 0.5) * CELL - 0.5, (y + answer[k, 2, y, x].numpy() + 0.5) * CELL - 0.5], 1)
+            found += sum(len(at) > 0 and np.hypot(*(at - t[:2]).T).min() < t[2] / 4 for t in asked)
+            false += sum(len(truth) == 0 or (np.hypot(*(truth[:, :2] - a).T) / truth[:, 2]).min() > 0.6 for a in at)
+        lines.append(f"{least}: {found} of {robots} found, {false} false")
+    return "\n".join(lines)
+
+
+def write(net, path):
+    """ONNX, its weights rounded to half floats, its norms put into them."""
+    plain = [fuse_conv_bn_eval(one, after) if isinstance(after, nn.BatchNorm2d) else one
+             for one, after in zip(net.layers, [*net.layers[1:], None]) if not isinstance(one, nn.BatchNorm2d)]
+    net.layers = nn.Sequential(*plain).eval()
+    for weight in net.parameters():
+        weight.data = weight.data.half().float()
+    torch.onnx.export(net, torch.zeros(1, 3, 160, 160), path, input_names=["picture"], output_names=["robots"],
+                      dynamic_axes={"picture": {2: "height", 3: "width"}, "robots": {2: "height", 3: "width"}}, opset_version=11)
+
+
+if __name__ == "__main__":
+    cv2.setNumThreads(1)
+    made = [rooms.room(seed) for seed in range(int(sys.argv[2]) if len(sys.argv) > 2 else 4000)]
+    write(train(np.stack([m[0] for m in made]), [m[1] for m in made], int(sys.argv[3]) if len(sys.argv) > 3 else 14), sys.argv[1])
