@@ -254,7 +254,7 @@ TEST_CASE("a lens is taken from calibrations of OpenCV and ROS") {
   CHECK(contains(reason(ros_head + "\ndistortion_model: mirror" + coefficients), "mirror"));
   CHECK(contains(reason(ros_head + "\n"), "distortion_coefficients should hold"));
   const auto file = folder.write("lens.yaml", ros_head + coefficients);
-  CHECK(contains(refusal([&] { read_calibrations(file); }), "tells of a lens only"));
+  CHECK(contains(refusal([&] { read_calibrations(file); }), "describes a lens only"));
 }
 
 TEST_CASE("pictures of a chessboard from which no focal length follows are refused, and doubts are said") {
