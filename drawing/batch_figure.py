@@ -102,7 +102,7 @@ def draw(folder, column, over, by="", kind="", width="page", xlabel=None, ylabel
     if by:
         boxes = [Patch(facecolor=colour, alpha=0.6, label=group) for colour, group in zip(COLOURS * 9, groups)]
         axes.legend(title=figure_style.label_of(by), **({"handles": boxes} if kind == "box" else {}))
-    pooled = [figure_style.label_of(factor) for factor in factors if factor not in keys and len({row[factor] for row in rows}) > 1]
+    pooled = [figure_style.words_of(factor)[0] for factor in factors if factor not in keys and len({row[factor] for row in rows}) > 1]
     n = sorted({len(sample) for sample in samples.values()})
     words = f"n = {n[0]}" if len(n) == 1 else f"n = {n[0]} to {n[-1]}"
     words += figure_style.seed_words({int(row["seed"]) for row in rows if row["seed"].isdigit()})

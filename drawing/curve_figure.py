@@ -103,7 +103,7 @@ def apart(by_folder):
     keys = [key for key in keys if len({settings.get(key) for settings in common.values()}) > 1]
     if len(keys) > MOST_DIFFERENCES:
         raise Refused(f"these runs differ in {len(keys)} settings, {', '.join(keys[:MOST_DIFFERENCES])}, ...; draw those alike, or a batch with --by")
-    return {folder: ", ".join(f"{figure_style.label_of(key)} {settings.get(key, 'not set')}" for key in keys) for folder, settings in common.items()}
+    return {folder: ", ".join(figure_style.setting_of(key, settings.get(key, "not set")) for key in keys) for folder, settings in common.items()}
 
 
 def value_at(curve, t, place):
@@ -136,7 +136,7 @@ def runs_of(folder, by):
                 raise Refused(f"{table} has no factor {key}; it has {', '.join(factors) or 'none'}")
         keys, rows = by or factors, [row for row in rows if row["state"] == "finished"]
         pooled = [factor for factor in factors if factor not in keys and len({row[factor] for row in rows}) > 1]
-        return [(", ".join(f"{figure_style.label_of(key)} {row[key]}" for key in keys), folder / "runs" / f"{int(row['run']):05d}") for row in rows], pooled
+        return [(", ".join(figure_style.setting_of(key, row[key]) for key in keys), folder / "runs" / f"{int(row['run']):05d}") for row in rows], pooled
     if not labs_of(folder):
         raise Refused(f"{folder} is neither a run nor a batch: there is no config.toml in it or one level below, and no runs.csv")
     return [("", folder)], []
@@ -204,7 +204,7 @@ def draw_all(folders, by=(), series=(), width="page", xlabel=None, ylabel=None, 
         axes.set_xlabel(xlabel or axes.get_xlabel())
         axes.set_ylabel(ylabel or axes.get_ylabel())
     words = ("band: " + intervals.words_of(bands) if bands else str(folders[0])) + figure_style.seed_words(seeds)
-    words += f", pooled over {', '.join(map(figure_style.label_of, pooled))}" if pooled else ""
+    words += f", pooled over {', '.join(figure_style.words_of(factor)[0] for factor in pooled)}" if pooled else ""
     figure.supxlabel(figure_style.wrapped(words, figure.get_figwidth()), fontsize=6, color="#444444")
     if title:
         figure.suptitle(title, fontsize=9)

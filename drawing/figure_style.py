@@ -22,15 +22,27 @@ class Refused(ValueError):
     """What cannot be drawn, in one sentence."""
 
 
-def label_of(name):
-    """The words and the unit of a setting, a count or a column: "gate.period_s" is "gate period (s)", "lit@b" "lit, lab b"."""
+def words_of(name):
+    """The words and the unit, if it has one, of a setting, a count or a column: "gate.period_s" is ("gate period", "s"), "lit@b" ("lit, lab b", "")."""
     name, _, lab = name.partition("@")
     *words, last = re.split("[._]", re.sub("^(scenario|arena)[.]", "", name)) or [name]
     unit = UNITS.get(last.lower()) if words else None
     if unit == "s" and len(words) > 1 and words[-1].lower() in UNITS:
         unit = UNITS[words.pop().lower()] + "/s"
     text = " ".join(words if unit else [*words, last]) + (f", lab {lab}" if lab else "")
-    return text + (f" ({unit})" if unit else "")
+    return text, unit or ""
+
+
+def label_of(name):
+    """An axis's: "gate period (s)"."""
+    words, unit = words_of(name)
+    return words + (f" ({unit})" if unit else "")
+
+
+def setting_of(name, value):
+    """A legend's: "gate period 2 s"."""
+    words, unit = words_of(name)
+    return f"{words} {value} {unit}".rstrip()
 
 
 def new(width="page", height_per_width=0.62, rows=1, columns=1, **how):

@@ -114,7 +114,7 @@ class Said(unittest.TestCase):
         self.assertEqual(len(self.result("clock", "b")["scenario_in_python"]["unseeded"]), 2)
 
     def test_runs_of_other_settings_are_told_apart(self):
-        """In the legend, by what differs; of equal settings they are put together whatever the seed; pooled factors stand in the title, and labs that
+        """In the legend, by what differs; of equal settings they are put together whatever the seed; pooled factors stand in the figure, and labs that
         differ in one table are drawn apart."""
         self.mine("  def period(self, lab): lab.row('t', time_s=lab.now_s, x=len(lab.name) + (lab.name == 'b'))\n")
         for out, words in (("one", ()), ("two", ("--seed", "2")), ("three", ("--set", "arena.robots=3")), ("long", ("--seconds", "4"))):
@@ -125,12 +125,12 @@ class Said(unittest.TestCase):
             self.assertEqual(code, 0, said)
             return (self.folder / "p.svg").read_text()
         alike = title("one", "two")
-        for words in ("<!-- mean of 2 runs -->", "<!-- t.x@a -->", "mean, no interval"):
+        for words in ("<!-- mean of 2 runs -->", "<!-- t x, lab a -->", "mean, no interval"):
             self.assertIn(words, alike)
         apart = title("one", "two", "three")
-        for words in ("<!-- arena.robots 2, mean of 2 runs -->", "<!-- arena.robots 3, 1 run -->"):
+        for words in ("<!-- robots 2, mean of 2 runs -->", "<!-- robots 3, 1 run -->"):
             self.assertIn(words, apart)
-        self.assertIn("<!-- run.duration_s 4.0, 1 run -->", title("one", "long"))
+        self.assertIn("<!-- run duration 4.0 s, 1 run -->", title("one", "long"))
         shutil.copytree(self.folder / "one", self.folder / "copy")
         for lab in "ab":
             config = self.folder / f"copy/{lab}/config.toml"
@@ -140,7 +140,7 @@ class Said(unittest.TestCase):
         (self.folder / "study.toml").write_text("labs = ['a.toml', 'b.toml']\nseeds = '1..4'\n[sweep]\narena.robots = [1, 2]\narena.width_m = [1.0, 2.0]\n")
         self.assertEqual(self.command("batch", "study.toml", "--out", "study")[0], 0)
         pooled = title("study", "--by", "arena.robots")
-        for words in ("pooled over arena.width_m -->", "mean, 95 % interval: Student's t"):
+        for words in ("pooled over width", "mean, 95 % interval: Student's t"):
             self.assertIn(words, pooled)
         self.assertNotIn("pooled", title("study"))
 
