@@ -3,7 +3,9 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 
+#include "hal/random.hpp"
 #include "sim_ode/controller_swarm.hpp"
 #include "sim_ode/host/programs/controller_check.hpp"
 #include "sim_ode/host/programs/robot_types.hpp"
@@ -50,6 +52,23 @@ TEST_CASE("a program's types are a robot's") {
   const Ran ran = run("types.c", 1, 1);
   CHECK(ran.printed == "0\n");
   CHECK(ran.leds == all(1, hal::Led::green));
+}
+
+TEST_CASE("a clock in an int stands still from where it stands on a robot") {
+  // 32767 ticks are 1074 s.
+  SwarmOptions options;
+  options.program = ProgramSources(controller("int_clock.c"));
+  options.robots = 1;
+  ControllerSwarm swarm(options);
+  std::optional<hal::Led> led;
+  int before = 0, after = 0;
+  swarm.run_until(seconds(1200), [&](const hal::PoseFrame& frame) {
+    const double at_s = std::chrono::duration<double>(frame.stamp).count();
+    if (led && *led != frame.robots[0].led) ++(at_s < 1074 ? before : after);
+    led = frame.robots[0].led;
+  });
+  CHECK(before > 1900);
+  CHECK(after <= 1);
 }
 
 TEST_CASE("types are exchanged in the program's lines only, whatever the order of their words") {
@@ -261,25 +280,68 @@ TEST_CASE("a run says how many robots did nothing") {
       heard.text());
 }
 
-TEST_CASE("what run refuses, check refuses, too") {
+TEST_CASE("check and run take the same programs") {
+  // Programs put together by chance from what is there for both, and from what neither takes.
   if (std::system("avr-gcc --version > /dev/null 2>&1") != 0) return;
-  for (const std::string name : {"types.c", "avr_names.c", "sets_register.c", "double_free.c", "files.c"}) {
-    CAPTURE(name);
-    const ProgramSources program(controller(name));
-    bool runs = true, passes = true;
-    try {
-      RobotProgram::load(program);
-    } catch (const ProgramError&) {
-      runs = false;
-    }
-    try {
-      check_program(program);
-    } catch (const std::runtime_error&) {
-      passes = false;
-    }
-    CHECK((runs || !passes));
-    CHECK((runs || name == "sets_register.c"));
+  struct Piece {
+    bool good;
+    const char *text, *use;
+  };
+  const Piece pieces[] = {
+      {true, "#define BAUD 9600\n#include <util/setbaud.h>\nunsigned divisor(void) { return UBRR_VALUE; }\n",
+       "(void)divisor();"},
+      {true,
+       "#include <stdio.h>\nstatic int put(char c, FILE* to) { (void)c, (void)to; return 0; }\n"
+       "FILE serial = FDEV_SETUP_STREAM(put, NULL, _FDEV_SETUP_WRITE);\n",
+       "(void)&serial;"},
+      {true, "#include <avr/io.h>\nint duty(void) { return OCR2A + OCR2B; }\n", "(void)duty();"},
+      {true, "#include <stdlib.h>\nvoid* room(void) { return malloc(20); }\n", "(void)room();"},
+      {true, "#include <util/delay.h>\nvoid rest(void) { _delay_ms(5); }\n", "(void)rest();"},
+      {true,
+       "#include <avr/pgmspace.h>\nstatic const char t[] PROGMEM = \"ab\";\nint b(void) { return pgm_read_byte(t + 1); "
+       "}\n",
+       "(void)b();"},
+      {true,
+       "#include <kilombo.h>\ntypedef struct { int n; } USERDATA;\nREGISTER_USERDATA(USERDATA)\n"
+       "extern char* (*callback_botinfo)(void);\nvoid tells(void) { callback_botinfo = 0; }\n",
+       "(void)tells();"},
+      {true, "#ifdef KILOBOT\nint on_a_robot(void) { return 1; }\n#endif\n", "(void)0;"},
+      {false, "#include <avr/io.h>\nvoid drives(void) { OCR2A = 70; }\n", "(void)drives();"},
+      {false, "int unknown(void);\nint calls(void) { return unknown(); }\n", "(void)calls();"},
+      {false, "#ifdef KILOBOT\n#error not for a robot\n#endif\n", "(void)0;"},
+  };
+  hal::RandomStream chance(1, "programs");
+  int taken = 0;
+  for (int k = 0; k < 24; ++k) {
+    const tests::TemporaryDirectory folder;
+    ProgramSources program(folder.path() / "p.c");
+    if (chance.below(2)) program.define.push_back("KILOBOT");
+    std::string text = "#include <kilolib.h>\n", uses;
+    bool good = true;
+    for (const Piece& piece : pieces)
+      if (chance.below(piece.good ? 2 : 6) == 0) {
+        text += piece.text;
+        uses += piece.use;
+        good &= piece.good || (std::string_view(piece.text).starts_with("#ifdef") && program.define.empty());
+      }
+    text += "static void setup(void) { " + uses +
+            " }\nint main(void) { kilo_init(); kilo_start(setup, setup); return 0; }\n";
+    std::ofstream(folder.path() / "p.c") << text;
+    CAPTURE(text);
+    CAPTURE(program.define.size());
+    const auto takes = [&](auto work) {
+      try {
+        work(program);
+        return true;
+      } catch (const std::runtime_error&) {
+        return false;
+      }
+    };
+    CHECK(takes([](const ProgramSources& sources) { RobotProgram::load(sources); }) == good);
+    CHECK(takes([](const ProgramSources& sources) { check_program(sources); }) == good);
+    taken += good;
   }
+  CHECK((taken > 4 && taken < 22));
 }
 
 }  // namespace arkmesh::sim_ode
