@@ -144,7 +144,7 @@ def runs_of(folder, by):
 
 def draw(axes, name, groups, end_s):
     """Returns the estimates that the bands are made of."""
-    shown, whole = [], True
+    shown = []
     least = 0.0 if all(min(curve[name][1]) >= 0 for curves in groups.values() for curve in curves if name in curve) else -math.inf
     grid = [end_s * i / POINTS for i in range(POINTS + 1)]
     for i, (group, curves) in enumerate(groups.items()):
@@ -160,10 +160,7 @@ def draw(axes, name, groups, end_s):
             shown += estimates
         label = f"{group + ', ' if group else ''}{'mean of ' if len(samples) > 1 else ''}{len(samples)} run{'s' if len(samples) > 1 else ''}"
         axes.plot(grid, mean, color=colour, linestyle=line, linewidth=1.4, label=label)
-        if len(samples) == 1:
-            whole &= all(value == round(value) for value in samples[0])
-    if whole:
-        figure_style.whole_numbers(axes.yaxis, [0])
+    figure_style.whole_numbers(axes.yaxis, [value for curves in groups.values() for curve in curves if name in curve for value in curve[name][1]])
     axes.set_xlim(0, end_s)
     axes.set_xlabel("lab time (s)")
     axes.set_ylabel(figure_style.label_of(name))

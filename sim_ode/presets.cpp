@@ -1,6 +1,6 @@
 // What [arena.ode] preset = "measured" and "measured_0" set in place of the members' initializers, which are "ideal". A
-// key that a file states wins over all. docs/model-truth.md says how well each of these is known; "fitted": by
-// calibration/fit, whose README.md says to what.
+// key that a file states wins over all. docs/model-truth.md says how well each of these is known; "held to data":
+// compared by calibration/fit with data of robots, and set so that it agrees.
 #include <numbers>
 
 #include "sim_ode/settings.hpp"
@@ -14,10 +14,10 @@ Settings settings_of(Preset preset) {
 
   // drive
   s.turn_deg_per_s = 36;       // comments of user programs for real robots: 28.5, 36, 38; ICRA 2012 "about 45"
-  s.speed_spread = 0.12;       // fitted
+  s.speed_spread = 0.12;       // held to data
   s.duty_spread = 3;           // labs page: turns 60 to 75, straight 2 to 10 lower
-  s.turn_noise_deg_per_s = 2;  // fitted
-  s.turn_noise_s = 2;          // fitted
+  s.turn_noise_deg_per_s = 2;  // held to data
+  s.turn_noise_s = 2;          // held to data
   s.dead_duty = 40;            // assumption, between kilolib.h (10 %: 26) and Kilombo (67)
   s.start_duty = 50;  // labs page: the lowest calibrated duty, straight; kilolib.h has spinup_motors() for less
   // battery
@@ -27,10 +27,10 @@ Settings settings_of(Preset preset) {
   s.battery_led_ma = 1.6;        // see above
   s.battery_empty_share = 0.81;  // assumption: one lithium cell, 4.2 V to ICRA 2012's 3.4 V
   // clock
-  s.clock_spread = 0.005;  // fitted
+  s.clock_spread = 0.005;  // held to data
   // infrared, a line each
-  s.ir_range_m = 0.1215;           // fitted
-  s.ir_range_spread_m = 0.019;     // fitted
+  s.ir_range_m = 0.1215;           // held to data
+  s.ir_range_spread_m = 0.019;     // held to data
   s.air.ir_noise_per_m = 0.02;     // Kilombo's authors saw noise grow; its size is an assumption
   s.air.ir_flat_m = 0.1;           // Kilombo's authors saw readings flatten there; the curve is an assumption
   s.air.ir_reading_spread = 0.03;  // ICRA 2012: accuracy 2 mm, taken at 7 cm by assumption

@@ -24,8 +24,8 @@ struct Factor {
 // What a plot shows, by names of the table's columns.
 struct BatchPlot {
   std::string column, over, by, kind;  // by and kind may be empty
-  std::map<std::string, std::string>
-      looks;  // any of width, xlabel, ylabel, title, as drawing/figure_style.py takes them
+  // Any of width, xlabel, ylabel and title, as drawing/figure_style.py takes them.
+  std::map<std::string, std::string> looks;
 };
 
 // The first factor changes slowest, seeds change fastest: run = setting * seeds + number of the seed.

@@ -57,19 +57,19 @@ class Detector::Search {
     if (settings_.diameter_px) {
       robots = about_diameter(bgr, *settings_.diameter_px);
       if (settings_.diameter_told) {
-        // Told by a person, who may be a little wrong.
-        std::vector<Candidate> untold = of_any_diameter(bgr);
+        // Told by a person, who may be a little wrong: what is found without it counts, too.
+        std::vector<Candidate> untold = with_second_opinion(bgr, of_any_diameter(bgr), true);
         std::erase_if(untold, [&](const Candidate& one) {
           return std::abs(2 * one.circle_fit.circle.r_px / *settings_.diameter_px - 1) >
                  1.5 * settings_.diameter_tolerance;
         });
         robots = united(bgr, {robots, untold});
       }
-      return with_leds(bgr, with_second_opinion(bgr, std::move(robots)));
+      return with_leds(bgr, with_second_opinion(bgr, std::move(robots), false));
     }
     if (diameter_px_) robots = about_diameter(bgr, *diameter_px_);
     if (robots.empty()) diameter_px_.reset(), robots = of_any_diameter(bgr);
-    robots = with_second_opinion(bgr, std::move(robots));
+    robots = with_second_opinion(bgr, std::move(robots), true);
     // Three that agree are worth remembering; cameras are refocused and tables tilted, so it drifts along.
     if (robots.size() < 3)
       diameter_px_.reset();
@@ -335,9 +335,9 @@ class Detector::Search {
            (outside > 1.2 * black + 8 && ring - black < 0.35 * (outside - black));
   }
 
-  // The trained net's opinion: adds robots of the others' size; where it does not see most of what was found, or
-  // nothing was found, it looks for robots of any size.
-  std::vector<Candidate> with_second_opinion(const cv::Mat& bgr, std::vector<Candidate> robots) {
+  // The trained net's opinion: adds robots of the others' size; where it sees less than half of what was found, or
+  // nothing was found, it looks for robots of any size, if `any_size`.
+  std::vector<Candidate> with_second_opinion(const cv::Mat& bgr, std::vector<Candidate> robots, bool any_size) {
     std::size_t agreed = 0;
     if (!robots.empty()) {
       const double r_px = median_r_px(robots);
@@ -358,7 +358,7 @@ class Detector::Search {
         return robots;
       }
     }
-    if (settings_.diameter_px) return robots;
+    if (!any_size) return robots;
     finds_.clear();
     for (double r_px = settings_.smallest_diameter_px / 2; r_px < settings_.largest_diameter_px / 2;
          r_px *= std::numbers::sqrt2)

@@ -14,6 +14,8 @@ namespace {
 
 constexpr double trained_r_px = 5;
 constexpr int cell_px = 4;  // of the net's picture to one of its answers
+// The net needs some 70 bytes for each pixel. Larger are only copies for the smallest robots in pictures above it.
+constexpr int max_net_px = 6'000'000;
 
 }  // namespace
 
@@ -37,7 +39,7 @@ void SearchNet::find(double r_px, double min_score, std::vector<NetFind>& found)
   const double scale = trained_r_px / r_px;
   const cv::Size size(static_cast<int>(std::lround(whole.cols * scale)),
                       static_cast<int>(std::lround(whole.rows * scale)));
-  if (size.width < 3 * cell_px || size.height < 3 * cell_px) return;
+  if (size.width < 3 * cell_px || size.height < 3 * cell_px || size.area() > max_net_px) return;
   // From the smallest that is large enough.
   std::size_t half = 0;
   while (whole.cols * scale <= whole.cols / std::pow(2.0, static_cast<double>(half + 1))) ++half;

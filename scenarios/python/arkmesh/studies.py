@@ -40,7 +40,7 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     Parameters
     ----------
     scenario, labs, seconds, out
-        As in :func:`run`.
+        As in :func:`run`. The sweep itself is kept as `out`.sweep.toml.
     settings
         Values by key. A list is swept, anything else holds in all runs. A key without a dot is a setting of the scenario.
     seeds
@@ -63,9 +63,12 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     if seconds is not None:
         fixed["run.duration_s"] = seconds
     (_, *arguments), folder, cls = running.arguments_of(scenario, labs, None, fixed, out)
-    experiment = folder.with_name(folder.name + ".toml")
+    experiment = folder.with_name(folder.name + ".sweep.toml")
     text = f"labs = {json.dumps([os.path.abspath(lab) for lab in labs])}\nseeds = {json.dumps([int(seed) for seed in seeds])}\n[sweep]\n"
-    experiment.write_text(text + "".join(f"{json.dumps(key)} = {json.dumps(values, default=running.plain)}\n" for key, values in swept.items()))
+    text += "".join(f"{json.dumps(key)} = {json.dumps(values, default=running.plain)}\n" for key, values in swept.items())
+    if experiment.exists() and experiment.read_text() != text:
+        raise FileExistsError(f"{experiment} is of another sweep; give another `out`")
+    experiment.write_text(text)
     sets = arguments[len(labs):]
     session = Session(["batch", str(experiment), *sets, "--jobs", str(jobs)], cls is not None, progress)
     first = serve(session, running.maker(cls))
