@@ -149,7 +149,7 @@ class Cell:
 
     def do_fault(self):
         fault, process = self.fault, self.process()
-        name = fault.partition(", line away")[0]
+        name = re.sub(", (line|terminal) away$", "", fault)
         if name in ("Ctrl-C", "SIGTERM", "SIGKILL") or " in vain" in fault:
             if name != fault:
                 self.tell_emulator("ohc unplug")
@@ -310,13 +310,16 @@ class Cell:
         code = self.process(lab).poll()
         wanted = campaign_promises.EXIT_CODES[end] if lab != "roark" or self.promise.code is None else self.promise.code
         result = self.result_of(lab)
+        away_ms = result.get("counters", {}).get("arena.lab.longest_pause_ms")
+        if away_ms is not None and not self.fault.startswith(("hangs", "SIGSTOP")):
+            self.figures["lab_away_ms"] = away_ms
         if code == 4 and wanted == campaign_promises.EXIT_CODES["stopped"] and result.get("not_standing"):
             wanted = 4  # its cameras did not see robots stand in time; whether they do, the emulator's record says
         if code != wanted:
             self.problems.append(f"{lab} ended with code {code} instead of {wanted}: {self.labs.last_words('lab', lab)[:200]}")
         state, wanted = result.get("state", "no result"), "running" if end == "killed" else end
-        # another lab has been started beside it
-        wanted = end if self.fault.startswith("second lab") and lab == "roark" else wanted
+        # another lab has been started beside it; where there is no terminal, it was refused before
+        wanted = end if self.fault == "second lab in vain, line away" and lab == "roark" else wanted
         if state != wanted and not (state == "finished" and self.promise.may_be_finished):
             self.problems.append(f"the result of {lab} says {state} instead of {wanted}")
         words = f"{self.said(lab)}\n{result.get('ended', '')}\n{self.waits if lab == 'roark' else ''}"
