@@ -76,7 +76,7 @@ std::unique_ptr<hal::Arena> make_arena(const hal::Config& config, const lab::Run
                                        hal::PictureBoard& pictures, const std::filesystem::path& directory) {
   const hal::Section arena = config.root().section("arena");
   std::unique_ptr<hal::Arena> made = chosen_arena(arena).make(
-      arena, {.robot = hal::kilobot::model_of(hal::kilobot::read_layout(arena), hal::WholeMessages::to_each),
+      arena, {.robot = hal::kilobot::kind_of(hal::kilobot::read_layout(arena), hal::WholeMessages::to_each),
               .lab = run.lab,
               .seed = run.seed,
               .run_length = run.period * run.last_period,

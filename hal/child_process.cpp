@@ -21,9 +21,9 @@
 namespace arkmesh::hal {
 namespace {
 
-constexpr int line_descriptor = 3;      // in the child
-constexpr std::size_t part = 64 << 10;  // what a pipe holds
-constexpr std::size_t kept = 64 << 10;  // of what a child says until its end
+constexpr int line_descriptor = 3;            // in the child
+constexpr std::size_t pipe_holds = 64 << 10;  // what a pipe holds
+constexpr std::size_t kept = 64 << 10;        // of what a child says until its end
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
   std::vector<char*> out;
@@ -115,8 +115,8 @@ std::optional<ChildProcess::End> ChildProcess::look(bool at_once) const {
 
 bool ChildProcess::read(std::string& text) {
   const std::size_t before = text.size();
-  text.resize(before + part);
-  const ssize_t n = ::read(output(), text.data() + before, part);
+  text.resize(before + pipe_holds);
+  const ssize_t n = ::read(output(), text.data() + before, pipe_holds);
   text.resize(before + static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
   if (n == 0) output_ = Handle();
   return static_cast<bool>(output_);

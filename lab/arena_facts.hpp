@@ -8,7 +8,7 @@
 namespace arkmesh::lab {
 
 // With what its robots are and can be told.
-struct ArenaFacts : hal::RobotModel {
+struct ArenaFacts : hal::RobotKind {
   double width_m = 1;                // along x
   double height_m = 1;               // along y
   std::vector<hal::RobotId> robots;  // ids that are expected, ascending

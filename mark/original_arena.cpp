@@ -34,6 +34,8 @@ OriginalArena::OriginalArena(OriginalParts parts, const lab::RunConfig& run, hal
                 counters_, wall) {
   info_.name = run.lab;
   info_.platform = "m-ark";
+  info_.make = "kilobot";
+  info_.drive.speed_m_s = hal::kilobot::fastest_m_s;
   info_.body_radius_m = hal::kilobot::body_radius_m;
   info_.width_m = info_.height_m = side_m_;
   info_.can_wait = false;

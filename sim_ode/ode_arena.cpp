@@ -187,7 +187,7 @@ class OdeArena final : public SimulatedArena {
   static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const Settings& settings,
                                   const hal::kilobot::WordLayout& layout, const hal::Solids& solids,
                                   const std::string& lab) {
-    hal::ArenaInfo info{hal::kilobot::model_of(layout, hal::WholeMessages::to_each)};
+    hal::ArenaInfo info{hal::kilobot::kind_of(layout, hal::WholeMessages::to_each)};
     info.name = lab;
     info.platform = settings.infrared == InfraredRules::argos ? "ode (infrared: argos)" : "ode";
     info.width_m = config.width_m;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "hal/counters.hpp"
+#include "hal/robot/robot_kind.hpp"
 #include "hal/stop_request.hpp"
 #include "hal/time/clock.hpp"
 #include "hal/time/wall_time.hpp"
@@ -18,26 +19,10 @@
 
 namespace arkmesh::hal {
 
-// To whom an arena carries whole messages. An overhead controller lights the whole arena; a simulator can do otherwise.
-enum class WholeMessages : std::uint8_t { to_nobody, to_everyone, to_each };
-
-// One kind of robot: what it is and what can be said to it. Each platform states its own; the defaults allow whatever
-// the values can hold and claim nothing.
-struct RobotModel {
-  double body_radius_m = 0;           // of a robot seen from above; positive for every platform
-  RobotId max_robot = 1'000'000'000;  // largest addressable id
-  std::uint8_t kinds = 255;           // ToRobot::kind is below this
-  std::uint32_t values = 1 << 24;     // ToRobot::value is below this
-  // How words lie in the messages that robots receive (hal/platforms/kilobot/layout.hpp); 0 bits of id: nobody says.
-  std::uint8_t id_bits = 0, kind_bits = 0, message_type = 0;
-  WholeMessages whole = WholeMessages::to_nobody;
-  std::vector<FleetCommand::Kind> commands;  // those that the platform carries; others are refused
-};
-
-// What an arena is and carries. Constant for the arena's life.
-struct ArenaInfo : RobotModel {
+// What an arena is and carries, with what its robots are. Constant for the arena's life.
+struct ArenaInfo : RobotKind {
   std::string name;               // the lab's name
-  std::string platform;           // "ode", "replay", "null", "kilobot"
+  std::string platform;           // as arena.use names it
   double width_m = 1;             // along x
   double height_m = 1;            // along y
   std::vector<RobotId> robots;    // ids that are expected, ascending

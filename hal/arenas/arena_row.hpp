@@ -18,7 +18,7 @@ namespace arkmesh::hal {
 
 // Who wants an arena, and what for.
 struct ArenaRequest {
-  RobotModel robot;        // what robots are in an arena that only stands for others
+  RobotKind robot;         // what robots are in an arena that only stands for others
   std::string lab;         // its name
   std::uint64_t seed = 1;  // of the arena's random streams
   LabTime run_length{0};   // at least so much lab time will be asked for

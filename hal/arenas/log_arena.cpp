@@ -245,7 +245,7 @@ ArenaRow log_arena_row() {
           [] { return keys_of<ReplayConfig>("arena.replay"); }};
 }
 
-std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, const RobotModel& robot,
+std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& lab, const RobotKind& robot,
                                       LabTime run_length) {
   const Section replay = arena.section("replay");
   const std::filesystem::path file = replay.read<ReplayConfig>().log;

@@ -19,7 +19,7 @@ namespace {
 
 class NullArena final : public Arena {
  public:
-  NullArena(const ArenaConfig& config, Solids solids, const std::string& lab, const RobotModel& robot)
+  NullArena(const ArenaConfig& config, Solids solids, const std::string& lab, const RobotKind& robot)
       : info_{robot}, poses_(counters_), link_(info_, counters_) {
     info_.obstacles = std::move(solids.obstacles);
     info_.objects = std::move(solids.objects);
@@ -90,7 +90,7 @@ ArenaRow null_arena_row() {
           }};
 }
 
-std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab, const RobotModel& robot) {
+std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab, const RobotKind& robot) {
   return std::make_unique<NullArena>(read_arena_config(arena, robot.body_radius_m), read_solids(arena), lab, robot);
 }
 

@@ -11,7 +11,7 @@
 namespace arkmesh::hal {
 
 // Reads the common [arena] keys (see arena_config.hpp). `robot`: what its robots would be.
-std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab, const RobotModel& robot);
+std::unique_ptr<Arena> make_null_arena(const Section& arena, const std::string& lab, const RobotKind& robot);
 ArenaRow null_arena_row();
 
 }  // namespace arkmesh::hal

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 
+#include "hal/robot/set_point.hpp"
+
 namespace arkmesh::hal {
 
 const char* refusal(const ArenaInfo& info, const ToRobot& message) {
@@ -17,6 +19,7 @@ const char* refusal(const ArenaInfo& info, const ToRobot& message) {
     return "to_robots.refused.unknown_robot";
   if (message.whole) return nullptr;
   if (message.robot > info.max_robot) return "to_robots.refused.robot_not_addressable";
+  if (set_point_in(info, message)) return nullptr;
   if (message.kind >= info.kinds) return "to_robots.refused.kind";
   if (message.value >= info.values) return "to_robots.refused.value";
   return nullptr;

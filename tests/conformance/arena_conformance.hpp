@@ -18,6 +18,7 @@
 
 #include "hal/arenas/arena.hpp"
 #include "hal/random.hpp"
+#include "hal/robot/set_point.hpp"
 #include "tests/support/processes/run_delay.hpp"
 
 namespace arkmesh::tests {
@@ -97,7 +98,11 @@ inline void check_info(const ArenaRow& row) {
   CHECK(info.frame_period > LabTime{0});
   CHECK(info.kinds > 0);
   CHECK(info.values > 0);
+  CHECK(!info.make.empty());
   CHECK(info.body_radius_m > 0);
+  for (const Point& corner : info.outline) CHECK(std::hypot(corner.x_m, corner.y_m) <= info.body_radius_m * (1 + 1e-9));
+  CHECK(info.drive.speed_m_s > 0);
+  CHECK((info.drive.wheels_apart_m > 0) == info.can_be_driven());
   CHECK(info.body_radius_m < std::min(info.width_m, info.height_m) / 2);
   REQUIRE_MESSAGE(!info.robots.empty(), "a row needs robots to check anything");
   for (std::size_t i = 1; i < info.robots.size(); ++i) CHECK(info.robots[i - 1] < info.robots[i]);
@@ -209,6 +214,8 @@ inline void check_limits(const ArenaRow& row) {
   CHECK(offer_one(kind));
   value.value = info.values;
   CHECK(offer_one(value));
+  // wheels may be set where there are some
+  if (info.can_be_driven()) CHECK_FALSE(offer_one(to_robot(info.robots[0], SetPoint{50, -50})));
   ToRobot whole{.robot = everyone, .whole = WholeMessage{.type = 127}};
   CHECK(offer_one(whole) == (info.whole == WholeMessages::to_nobody));
   whole.robot = info.robots[0];

@@ -56,8 +56,13 @@ std::filesystem::path recorded_log() {
 const std::string walkers = "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/scenarios/dhtf/controller/dhtf.c\"\n";
 
 // A platform that knows little: it can be told to run.
-const RobotModel plain_robot{
-    .body_radius_m = 0.05, .max_robot = 9, .kinds = 2, .values = 8, .commands = {FleetCommand::Kind::run}};
+const RobotKind plain_robot{.make = "plain",
+                            .body_radius_m = 0.05,
+                            .drive = {.speed_m_s = 0.1},
+                            .max_robot = 9,
+                            .kinds = 2,
+                            .values = 8,
+                            .commands = {FleetCommand::Kind::run}};
 
 // A testbed whose eyes see six robots at once and whose overhead controller takes everything.
 std::unique_ptr<Arena> kilobot_testbed() {
@@ -89,12 +94,12 @@ const std::vector<tests::ArenaRow>& rows() {
       {"null",
        [] {
          return make_null_arena(arena_section(""), "lab",
-                                kilobot::model_of(kilobot::ark_layout, WholeMessages::to_nobody));
+                                kilobot::kind_of(kilobot::ark_layout, WholeMessages::to_nobody));
        }},
       {"paced null",
        [] {
          return make_null_arena(arena_section("pace = 1"), "lab",
-                                kilobot::model_of(kilobot::ark_layout, WholeMessages::to_nobody));
+                                kilobot::kind_of(kilobot::ark_layout, WholeMessages::to_nobody));
        }},
       {"null of plain robots", [] { return make_null_arena(arena_section(""), "lab", plain_robot); }},
       {"ode", [] { return sim_ode::make_ode_arena(arena_section(walkers), "lab", 1); }, true},
@@ -102,7 +107,7 @@ const std::vector<tests::ArenaRow>& rows() {
       {"replay",
        [] {
          return make_log_arena(arena_section("replay.log = \"" + log + "\""), "lab",
-                               kilobot::model_of(kilobot::ark_layout, WholeMessages::to_nobody), LabTime{2'000'000});
+                               kilobot::kind_of(kilobot::ark_layout, WholeMessages::to_nobody), LabTime{2'000'000});
        }},
       {"emulated kilobot", [] { return emulator::make_emulated_arena(arena_section(kilobots), "lab", 1, {}); }, false,
        true, [](Arena& arena) { return emulator::emulator_of(arena).now(); }},

@@ -84,7 +84,7 @@ struct AirBench {
   }
   std::shared_ptr<Air> air;
   hal::Counters counters;
-  hal::ArenaInfo info{hal::kilobot::model_of(hal::kilobot::ark_layout, hal::WholeMessages::to_nobody)};
+  hal::ArenaInfo info{hal::kilobot::kind_of(hal::kilobot::ark_layout, hal::WholeMessages::to_nobody)};
   PacketPort line{std::make_unique<AirStream>(air), counters};
   OverheadController controller;
   TimePoint now{};

@@ -60,7 +60,7 @@ void record_frames(Recorder& recorder, std::uint32_t from, std::uint32_t to, int
 }
 
 std::unique_ptr<Arena> replay(const std::filesystem::path& log, LabTime length, const std::string& more = {},
-                              const RobotModel& robot = {}) {
+                              const RobotKind& robot = {}) {
   const Config config =
       Config::from_text("[arena]\n" + more + "\n[arena.replay]\nlog = \"" + log.string() + "\"\n", "a.toml");
   auto out = make_log_arena(config.root().section("arena"), "lab", robot, length);
@@ -129,7 +129,7 @@ TEST_CASE("robots are as large as the log tells, and words lie as it tells") {
     record(recorder, LabTime{0}, channel::arena, to_message(info));
     record_frames(recorder, 0, 3);
   });
-  RobotModel robot;
+  RobotKind robot;
   robot.body_radius_m = 0.0165;
   const auto arena = replay(log, LabTime{2 * 55'000}, {}, robot);
   CHECK(arena->info().body_radius_m == 0.02);

@@ -15,7 +15,7 @@ using namespace arkmesh::hal;
 
 namespace {
 
-const RobotModel robot{.body_radius_m = 0.0165};
+const RobotKind robot{.body_radius_m = 0.0165};
 
 std::string error(const std::string& keys) {
   try {

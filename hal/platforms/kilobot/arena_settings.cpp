@@ -25,7 +25,7 @@ ArenaSettings read_arena_settings(const Section& arena, const std::string& lab, 
   const ArenaConfig config = read_arena_config(arena, body_radius_m);
   const WordLayout layout = read_layout(arena);
   ArenaSettings out = arena.section("kilobot").read(
-      ArenaSettings{.info = ArenaInfo{model_of(layout, WholeMessages::to_everyone)}, .has_port = has_port});
+      ArenaSettings{.info = ArenaInfo{kind_of(layout, WholeMessages::to_everyone)}, .has_port = has_port});
   if (!has_port) out.port.clear();
   Solids solids = read_solids(arena);
   if (!solids.objects.empty())

@@ -62,7 +62,7 @@ class Speaker {
 
  private:
   WallTime& time_ = machine_time();
-  const ArenaInfo info_{model_of(ark_layout, WholeMessages::to_nobody)};  // it says what all robots understand
+  const ArenaInfo info_{kind_of(ark_layout, WholeMessages::to_nobody)};  // it says what all robots understand
   Counters counters_;
   PacketPort line_;
   OverheadController controller_{info_, line_, {.again_after = says_again_each, .settle = 0us}, counters_};

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "hal/platforms/kilobot/body.hpp"
+#include "hal/platforms/kilobot/packet.hpp"
 
 namespace arkmesh::hal::kilobot {
 namespace {
@@ -61,11 +62,21 @@ void put_word(Message& message, std::size_t group, const WordLayout& layout, con
   for (std::size_t k = 0; k < 3; ++k) message.data[3 * group + k] = static_cast<std::uint8_t>(bits >> (16 - 8 * k));
 }
 
-RobotModel model_of(const WordLayout& layout, WholeMessages whole) {
-  return {.body_radius_m = body_radius_m,
+RobotKind kind_of(const WordLayout& layout, WholeMessages whole) {
+  return {.make = "kilobot",
+          .body_radius_m = body_radius_m,
+          .height_m = board_height_m,
+          .drive = {.way = RobotDrive::Way::vibration,
+                    .speed_m_s = fastest_m_s,
+                    .turn_rad_s = fastest_turn_rad_s,
+                    .axle_behind_m = rear_axle_m},
+          .lights = RobotKind::Lights::eight_colours,
+          .seen_by = RobotKind::Seen::disc_and_led,
+          .named_by = RobotKind::Named::led,
           .max_robot = largest_id(layout),
           .kinds = static_cast<std::uint8_t>(1 << layout.kind_bits),
           .values = 1u << layout.value_bits(),
+          .words_per_s = groups / std::chrono::duration<double>(usual_spacing).count(),
           .id_bits = layout.id_bits,
           .kind_bits = layout.kind_bits,
           .message_type = layout.type,
@@ -75,7 +86,7 @@ RobotModel model_of(const WordLayout& layout, WholeMessages whole) {
                        FleetCommand::Kind::broadcast}};
 }
 
-WordLayout layout_of(const RobotModel& robot) {
+WordLayout layout_of(const RobotKind& robot) {
   if (robot.id_bits == 0) return ark_layout;
   return {.id_bits = robot.id_bits, .kind_bits = robot.kind_bits, .type = robot.message_type};
 }

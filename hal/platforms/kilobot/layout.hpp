@@ -53,9 +53,9 @@ Word word_in(const Message& message, std::size_t group, const WordLayout& layout
 void put_word(Message& message, std::size_t group, const WordLayout& layout, const Word& word);
 
 // Kilobots that are spoken to in this layout, and to whom their arena carries whole messages.
-RobotModel model_of(const WordLayout& layout, WholeMessages whole);
+RobotKind kind_of(const WordLayout& layout, WholeMessages whole);
 // The layout of an arena's robots; ARK's where the arena, such as one of an older recording, does not tell it.
-WordLayout layout_of(const RobotModel& robot);
+WordLayout layout_of(const RobotKind& robot);
 // As configurations and people name it: "ark", "8+16", "9+3+12 of type 5".
 std::string name_of(const WordLayout& layout);
 

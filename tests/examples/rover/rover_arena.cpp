@@ -150,7 +150,9 @@ std::unique_ptr<hal::Arena> make_rover_arena(const hal::Section& arena, const st
                                              hal::WallTime& wall) {
   const hal::ArenaConfig config = hal::read_arena_config(arena, body_radius_m);
   hal::ArenaInfo info;
+  info.make = "rover";
   info.body_radius_m = body_radius_m;
+  info.drive.speed_m_s = speed_m_s;
   info.max_robot = 0xffff;
   info.kinds = 8;
   info.values = 10'000;

@@ -12,7 +12,7 @@
 
 namespace arkmesh::examples::rover {
 
-inline constexpr double body_radius_m = 0.03;
+inline constexpr double body_radius_m = 0.03, speed_m_s = 0.05;
 
 // Reads the common [arena] keys (see hal/arenas/arena_config.hpp; `pace` has no effect) and arena.rover.names_within_s
 // (10, 0.1..3600). advance_to(0) is there when every rover has shown its light, and throws std::runtime_error when that

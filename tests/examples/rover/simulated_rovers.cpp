@@ -8,11 +8,7 @@
 #include "tests/examples/rover/rover_arena.hpp"
 
 namespace arkmesh::examples::rover {
-namespace {
-
-constexpr double speed_m_s = 0.05;
-
-}  // namespace
+namespace {}  // namespace
 
 SimulatedRovers::SimulatedRovers(const Settings& settings, hal::WallTime& wall)
     : wall_(wall), damage_(settings.damage), chance_(settings.seed, "rovers/chance"), drove_at_(wall.now()) {

@@ -92,8 +92,8 @@ TEST_CASE("layout: keys") {
   CHECK(holds(error_in("robots = 128\nkilobot.layout = \"7+17\""),
               "must be at most 127: the layout 7+17 can name so many"));
   CHECK(error_in("robots = 127\nkilobot.layout = \"7+17\"") == "none");
-  CHECK(layout_of(model_of({7, 1, 9}, WholeMessages::to_nobody)) == WordLayout{7, 1, 9});
-  CHECK(layout_of(RobotModel{}) == ark_layout);
+  CHECK(layout_of(kind_of({7, 1, 9}, WholeMessages::to_nobody)) == WordLayout{7, 1, 9});
+  CHECK(layout_of(RobotKind{}) == ark_layout);
 }
 
 TEST_CASE("layout: in any layout each robot's newest word goes out, in a fair round") {
@@ -104,7 +104,7 @@ TEST_CASE("layout: in any layout each robot's newest word goes out, in a fair ro
     const WordLayout layout{static_cast<std::uint8_t>(7 + chance() % 4), static_cast<std::uint8_t>(chance() % 5),
                             static_cast<std::uint8_t>(chance() % 118)};
     CAPTURE(name_of(layout));
-    ArenaInfo info{model_of(layout, WholeMessages::to_nobody)};
+    ArenaInfo info{kind_of(layout, WholeMessages::to_nobody)};
     for (RobotId id = 0; id <= largest_id(layout); ++id)
       if (id == largest_id(layout) || chance() % 4 == 0) info.robots.push_back(id);
     Counters counters;

@@ -16,7 +16,7 @@ namespace arkmesh::hal::kilobot {
 namespace {
 
 hal::ArenaInfo info_of(int robots) {
-  hal::ArenaInfo info{hal::kilobot::model_of(hal::kilobot::ark_layout, hal::WholeMessages::to_nobody)};
+  hal::ArenaInfo info{hal::kilobot::kind_of(hal::kilobot::ark_layout, hal::WholeMessages::to_nobody)};
   for (int i = 0; i < robots; ++i) info.robots.push_back(static_cast<hal::RobotId>(i));
   return info;
 }

@@ -38,7 +38,7 @@ struct OverheadBench {
   }
 
   hal::kilobot::OverheadSettings settings;
-  hal::ArenaInfo info{hal::kilobot::model_of(hal::kilobot::ark_layout, hal::WholeMessages::to_nobody)};
+  hal::ArenaInfo info{hal::kilobot::kind_of(hal::kilobot::ark_layout, hal::WholeMessages::to_nobody)};
   hal::Counters counters;
   std::shared_ptr<FakeCable> cable = std::make_shared<FakeCable>();
   hal::kilobot::PacketPort line{std::make_unique<FakeStream>(cable), counters};
