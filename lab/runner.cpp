@@ -276,7 +276,7 @@ void Runner::end_period() {
 // Free mode: lab time goes on without a peer that is lost, with robots that stand still or not.
 void Runner::look_for_lost_peers() {
   const auto [lost, silence] = peers_.look();
-  if (!lost.give_up.empty()) return fail(lost.give_up);
+  if (!lost.give_up.empty()) return end_without(lost);
   const bool pauses = !lost.text.empty() && config_.on_peer_lost == RunConfig::OnPeerLost::pause;
   keep_still(RobotBook::Who::lost_peer, pauses, peer_lost_);
   keep_still(RobotBook::Who::safety, !silence.empty(), no_news_);
@@ -322,7 +322,7 @@ Runner::Step Runner::wait_for_peers(std::uint32_t wanted) {
   const PeerWait wait = peers_.wait_for(wanted);
   if (!wait.text.empty()) state_.waits = wait.text;
   if (wait.give_up.empty()) return Step::waiting;
-  fail(wait.give_up);
+  end_without(wait);
   return Step::advanced;
 }
 
@@ -342,6 +342,12 @@ std::string_view Runner::outcome() const {
   return phase_ < Phase::lingering ? "running" : "finished";
 }
 
+// Whose peer was stopped is stopped, too.
+void Runner::end_without(const PeerWait& peer) {
+  stopped_ = stopped_ || (peer.stopped && !failed_);
+  fail(peer.give_up);
+}
+
 void Runner::fail(std::string_view why) {
   if (failed_ || phase_ == Phase::ended) return;
   awaits_arena_ = awaits_scenario_ = false;
@@ -350,7 +356,7 @@ void Runner::fail(std::string_view why) {
   failed_ = true;
   end_robots();
   peers_.linger_after_failure();
-  say_last("failed: " + reason_);
+  say_last((stopped_ ? "" : "failed: ") + reason_);
 }
 
 void Runner::finish() {

@@ -80,8 +80,8 @@ class Runner {
   // because they are in its process, lets them leave: nobody needs repetitions then.
   bool complete() const { return phase_ == Phase::lingering && peers_.complete(); }
   void leave_complete() { peers_.leave_complete(); }
-  // Of how it ended, in one word: "finished", "stopped" by the operator, "failed"; "running" before. It is known before
-  // the lab has told everybody.
+  // Of how it ended, in one word: "finished", "stopped" by its operator or a peer's, "failed"; "running" before. It is
+  // known before the lab has told everybody.
   std::string_view outcome() const;
   const hal::Recorder& recorder() const { return recorder_; }
   const std::string& reason() const { return reason_; }  // why it ended early
@@ -131,6 +131,7 @@ class Runner {
   bool settled();
   void fail_at_period(std::string_view why);
   void look_for_lost_peers();
+  void end_without(const PeerWait& peer);
   void keep_still(RobotBook::Who who, bool still, bool& kept);
   void lose_arena(std::string_view why);
   void publish_status();

@@ -30,7 +30,9 @@ std::string without_explanation(const std::string& state) {
 
 void append(PeerWait& all, std::string_view before_first, PeerWait one) {
   all.text.append(all.text.empty() ? before_first : "; ").append(one.text);
-  if (all.give_up.empty()) all.give_up = std::move(one.give_up);
+  if (!all.give_up.empty() || one.give_up.empty()) return;
+  all.give_up = std::move(one.give_up);
+  all.stopped = one.stopped;
 }
 
 // How long robots go on without news; none: for ever, as where simulated ones wait, or there is nobody to hear of.
@@ -72,7 +74,8 @@ bool Peers::hear_status(std::string_view name, std::span<const std::byte> bytes)
   if (!lives(*peer)) peer->met = now_;
   peer->heard = now_;
   peer->said = hal::printable(status.state, longest_words);
-  peer->failed = status.outcome == lab_status_t::failed || status.outcome == lab_status_t::stopped;
+  peer->stopped = status.outcome == lab_status_t::stopped;
+  peer->failed = status.outcome == lab_status_t::failed || peer->stopped;
   if (status.outcome == lab_status_t::open)
     peer->over.reset();
   else if (!peer->over)
@@ -188,7 +191,7 @@ PeerWait Peers::wait_for(std::uint32_t wanted) const {
 
 PeerWait Peers::wait_for(const Peer& peer) const {
   const State is = state(peer);
-  PeerWait wait{.text = fmt::format("{}: {}", peer.name, words(peer)), .give_up = {}};
+  PeerWait wait{.text = fmt::format("{}: {}", peer.name, words(peer)), .give_up = {}, .stopped = peer.stopped};
   std::optional<Now> since = peer.over;
   if (gate_.bound(peer.name))
     since = peer.counted;
@@ -242,7 +245,7 @@ PeerWait Peers::lose(Peer& peer) {
   using OnPeerLost = RunConfig::OnPeerLost;
   if (state(peer) == State::failed && peer.said.find(all_again) != std::string::npos) {
     const std::string why = fmt::format("{} is gone at period {}: {}", peer.name, period_, peer.said);
-    return {.text = why, .give_up = why};
+    return {.text = why, .give_up = why, .stopped = false};
   }
   Lost is = Lost::no;
   // Who says that it failed, or that its operator stopped it, is not heard of any more.
@@ -255,7 +258,7 @@ PeerWait Peers::lose(Peer& peer) {
   }
   const std::string why = is == Lost::refused ? peer.refusal : words(peer);
   const bool pause = on_peer_lost_ == OnPeerLost::pause;
-  PeerWait wait{.text = fmt::format("{}: {}", peer.name, why), .give_up = {}};
+  PeerWait wait{.text = fmt::format("{}: {}", peer.name, why), .give_up = {}, .stopped = peer.stopped};
   if (on_peer_lost_ == OnPeerLost::end)
     wait.give_up = fmt::format("{} has lost {} at period {}: {}; start all labs again (gate.on_peer_lost = \"end\")",
                                lab_, peer.name, period_, why);

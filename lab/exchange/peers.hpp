@@ -21,8 +21,9 @@
 namespace arkmesh::lab {
 
 struct PeerWait {
-  std::string text;     // "waiting for roark: link down, for 590 s more"; empty when nobody is waited for
-  std::string give_up;  // why nothing will come any more; empty when it still makes sense to wait
+  std::string text;      // "waiting for roark: link down, for 590 s more"; empty when nobody is waited for
+  std::string give_up;   // why nothing will come any more; empty when it still makes sense to wait
+  bool stopped = false;  // that is because an operator stopped the peer
 };
 
 // What a look in free mode finds.
@@ -126,6 +127,7 @@ class Peers {
     std::string said, link, refusal;   // its state and link in others' words; what was wrong with what was refused
     std::optional<std::uint32_t> applied;  // the period of its state that a boundary applied last
     bool failed = false;                   // it said so, or that its operator stopped it
+    bool stopped = false;                  // the latter, or that a peer of its was
     enum class Lost { no, silent, refused } lost = Lost::no;
   };
 

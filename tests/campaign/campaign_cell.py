@@ -250,11 +250,11 @@ class Cell:
 
     # ------------------------------------------------------------ the end
 
-    def limit_s(self, end):
+    def limit_s(self, lab, end):
         """How long after the fault a lab may take to end so."""
         if end == "finished" or self.fault in ("disk full", "run folder removed"):  # they run to the end
             return 180 + (0 if self.arena == "simulated" else self.pace.duration_s)
-        return NOTICES_S + (self.patience_s if end == "failed" else 0) + (SEEN_TO_STAND_S if self.arena == "hardware" else 0)
+        return NOTICES_S + (self.patience_s if end == "failed" or lab == "shark" else 0) + (SEEN_TO_STAND_S if self.arena == "hardware" else 0)
 
     def wait_for_ends(self, since):
         """{lab: seconds from the fault to its end}; a lab that is not over in time is a problem. The hardware's robots are looked at meanwhile."""
@@ -268,9 +268,9 @@ class Cell:
                     self.ended[lab] = time.monotonic() - since
                     if lab == "roark" and self.arena == "hardware":
                         still = max(self.emulator_time_s(), self.line_back_s)
-                elif time.monotonic() - since > self.limit_s(wanted[lab]) + run_delay_s(self.process(lab).pid) - before[lab]:
+                elif time.monotonic() - since > self.limit_s(lab, wanted[lab]) + run_delay_s(self.process(lab).pid) - before[lab]:
                     self.ended[lab] = None
-                    self.problems.append(f"{lab} has not ended {self.limit_s(wanted[lab]):.0f} s after the fault; it says: {self.ears[lab].state()[:150]}")
+                    self.problems.append(f"{lab} has not ended {self.limit_s(lab, wanted[lab]):.0f} s after the fault; it says: {self.ears[lab].state()[:150]}")
             time.sleep(0.02)
         if still is not None:
             self.until(300, lambda: self.emulator_time_s() > still + STAND_WITHIN_S + 2.5, "the emulator's time")

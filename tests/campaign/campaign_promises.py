@@ -143,7 +143,7 @@ class NoSense:
 GOES_ON = Promise()
 GONE_ROARK = r"roark is gone|gave up waiting for roark|without roark|waiting for roark"
 GONE_SHARK = r"shark is gone|gave up waiting for shark|without shark"
-STOPPED = Promise("stopped", "stopped by the operator", "failed", GONE_ROARK)
+STOPPED = Promise("stopped", "stopped by the operator", "stopped", GONE_ROARK)
 KILLED = Promise("killed", "", "failed", GONE_ROARK)
 PEER_GONE = Promise("failed", GONE_SHARK, None)
 REFUSED = Promise("failed", r"refuse|no robot|largest id", None)
@@ -171,7 +171,9 @@ def promise(arena, phase, fault):
     if fault in ("Ctrl-C", "SIGTERM"):
         if ending:
             return Promise(note="the result stands")
-        return Promise("stopped", "stopped by the operator", None) if at_0 else STOPPED
+        if at_0:
+            return Promise("stopped", "stopped by the operator", None)
+        return dataclasses.replace(STOPPED, peer="failed", note="the peer does not hear of it") if waits else STOPPED
     if fault == "SIGKILL":
         if ending:
             return Promise("killed", "", "finished", may_be_finished=True, note="its result says `finished` when that was written already")

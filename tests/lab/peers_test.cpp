@@ -138,6 +138,21 @@ TEST_CASE("a free lab has lost a peer at once that says its operator stopped it"
   CHECK(s.peers.look().lost.text.empty());
 }
 
+TEST_CASE("who ends because a peer is over says whether an operator stopped that") {
+  // Proves rows of state and outcome: a lab stops with its stopped peer, and fails with one that failed.
+  for (const std::string said : {"stopped by the operator", "failed: no camera"}) {
+    Shark s;
+    s.join(1s);
+    s.links(1s, true);
+    s.status(1s);
+    CHECK_FALSE(s.peers.wait_for(1).stopped);
+    s.status(2s, said);
+    const lab::PeerWait wait = s.peers.wait_for(1);
+    CHECK(wait.give_up == "roark is gone at period 0: " + said);
+    CHECK(wait.stopped == (said == "stopped by the operator"));
+  }
+}
+
 TEST_CASE("labs that wait for each other do not quote each other's quotations") {
   Shark joined, other;
   for (Shark* s : {&joined, &other}) {

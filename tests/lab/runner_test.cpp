@@ -233,8 +233,7 @@ TEST_CASE("a run has ended when its arena has, and says who was not seen to stan
   bench.arena.seen_to_walk = {{.robot = 1, .why = hal::NotStanding::Why::moving}};
   bench.run();
   CHECK(bench.arena.ends == 51);
-  CHECK(bench.state_heard ==
-        "failed: stopped by the operator; robots were told to stop; not seen standing: 1 (moving)");
+  CHECK(bench.state_heard == "stopped by the operator; robots were told to stop; not seen standing: 1 (moving)");
   CHECK(bench.runner.phase() == lab_status_t::ended);
   CHECK(bench.runner.outcome_code() == lab_status_t::stopped);
 }
