@@ -30,6 +30,7 @@ LINE_AWAY_S = 8
 SEEN_TO_STAND_S = 10                    # for so long an arena tells its robots to stand at the end
 HUNG_S = 3                              # safety.hung_s
 STAND_WITHIN_S = 3.5                    # of the lab's end, or of when its controller can be reached: settle_s + 1
+DRAINS_S = 132 / 0.055 / 3840           # a stalled line needs for what a second of the run wrote into it: most bytes written by those carried
 ROBOTS = 3
 
 
@@ -46,7 +47,7 @@ def pace_of(arena, phase, fault):
         return Pace(2.0, 4000.0, 600)
     if phase == "ending" or phase == "waiting at 0":
         return Pace(0.5, 8.0, 6)
-    return Pace(0.5, 44.0 if fault.endswith("0 s") else 24.0, 6)
+    return Pace(0.5, 44.0 if fault.endswith("0 s") or fault.startswith("stalls") else 24.0, 6)
 
 
 def failing_program(program):
@@ -164,6 +165,8 @@ class Cell:
                 self.line_back_s = self.emulator_time_s()
         elif fault.startswith("hangs"):
             self.hang(fault.partition(", ")[2])
+        elif fault.startswith("stalls"):
+            self.stall(float(fault.split()[1]), fault.endswith("during"))
         elif fault == "SIGSTOP 20 s":
             process.send_signal(signal.SIGSTOP)
             time.sleep(STANDS_STILL_S)
@@ -224,6 +227,20 @@ class Cell:
         process.send_signal(signal.SIGKILL if what in ("stop", "SIGKILL") else signal.SIGCONT)
         if what in ("stop", "SIGKILL"):
             process.wait()
+
+    def stall(self, seconds, during):
+        """The line holds bytes back for so long; the lab is told to pause a second after that began, or a second after it ended."""
+        begin = self.emulator_time_s()
+        self.tell_emulator(f"ohc stall {seconds}")
+        self.until(300, lambda: self.emulator_time_s() > begin + (1 if during else seconds + 1), "the emulator's time")
+        told = self.emulator_time_s()
+        code, said = self.command("pause", self.out / "roark.toml", limit_s=300)
+        if code not in (0, 4):
+            self.problems.append(f"pause at a stalled line ends with {code}: {said.strip()[-200:]}")
+        stands = max(begin + seconds, told) + DRAINS_S * min(told - begin, seconds)
+        self.until(300, lambda: self.emulator_time_s() > stands + STAND_WITHIN_S + 2.5, "the emulator's time")
+        self.judge_stillness(stands)
+        self.command("resume", self.out / "roark.toml", limit_s=300)
 
     def end_fault(self):
         """What comes after the fault: the peer starts, the link is mended."""

@@ -26,6 +26,8 @@ FAULTS = {
     **{f"{who} in vain, {line} away": f"the {line} to the controller is cut, the lab's process is killed, {what} reaches nobody, and the {line} comes back after 8 s"
        for who, what in (("ohc", "`arkmesh ohc PORT pause`"), ("upload", "`arkmesh ohc PORT upload`"), ("second lab", "another lab"))
        for line in ("line", "terminal")},
+    **{f"stalls {seconds} s, pause {when}": f"the line to the controller holds all bytes back for {seconds} s; the lab is told to pause a second after {what}"
+       for seconds in (5, 15) for when, what in (("during", "that began"), ("after", "bytes pass again"))},
     "hangs, pause": "the lab's process hangs for 7 s, and is told to pause",
     "hangs, stop": "the lab's process hangs, is told to stop, and is killed then",
     "hangs, SIGKILL": "the lab's process hangs for 7 s, and is killed",
@@ -46,6 +48,11 @@ LINKS = {
     "tls": "the same over TLS",
     "nats": "the same at a NATS server on this machine",
 }
+# What robots know, with a scenario in Python or C++: the phase, and its faults.
+WORDS, LANGUAGES = "words", ("Python", "C++")
+WORD_FAULTS = [f"{what}, {when}" for what in ("reset", "robot off and on", "robot away")
+               for when in ("before words", "after words", "while the line is away")]
+WORD_FAULTS += [f"parameters, {when}" for when in ("line away at the start", "pause before the start", "reset")]
 LINK = "link"  # the phase of faults between gateways: both labs simulate in mid-run
 
 
@@ -158,11 +165,13 @@ IS_OVER = "the run is over: no robot's program runs, and no scenario is called"
 
 def promise(arena, phase, fault):
     """What is promised for one cell: a Promise, or NoSense."""
+    if phase == WORDS:
+        return GOES_ON
     if phase == LINK:
         return NoSense("this kind of link does not have the fault") if LINK_FAULTS[fault].counter(arena) is None else GOES_ON
     strict = arena in STRICT
     at_0, waits, ending = phase == "waiting at 0", phase == "waiting in mid-run", phase == "ending"
-    if fault.endswith(" away") or fault.startswith("hangs"):
+    if fault.endswith(" away") or fault.startswith(("hangs", "stalls")):
         if arena != "hardware" or phase != "running":
             return NoSense("only the hardware has a controller, and only robots that run have to stand")
         if fault.startswith("Ctrl-C"):
@@ -211,7 +220,8 @@ def promise(arena, phase, fault):
 
 def cells():
     """Every (arena, phase, fault)."""
-    return [(arena, phase, fault) for arena in ARENAS for phase in PHASES for fault in FAULTS] + [(kind, LINK, fault) for kind in LINKS for fault in LINK_FAULTS]
+    return [(arena, phase, fault) for arena in ARENAS for phase in PHASES for fault in FAULTS] + [
+        *((kind, LINK, fault) for kind in LINKS for fault in LINK_FAULTS), *((language, WORDS, fault) for language in LANGUAGES for fault in WORD_FAULTS)]
 
 
 # What CI runs.
@@ -233,6 +243,7 @@ SHORT = [
     ("hardware", "running", "ohc in vain, line away"),
     ("hardware", "running", "hangs 10 s"),
 ]
+SHORT_WORDS = [("Python", WORDS, "reset, after words"), ("C++", WORDS, "robot off and on, while the line is away"), ("C++", WORDS, "parameters, line away at the start")]
 
 # And of faults between gateways: each once, over one kind of link or the other by turns, and at a server what only that has.
 SHORT_LINKS = [next((kind, LINK, fault) for kind in (("tcp", "tls", "nats") if number % 2 else ("tls", "tcp", "nats")) if about.counter(kind) is not None)
@@ -283,9 +294,12 @@ def page():
              "A cell gives the `state` in the lab's `result.json` and the lab's exit code, and the peer's where it differs. In each cell the lab ends or",
              "continues within `gate.patience_s` (and a few seconds to notice and to end), reports the reason in one sentence, and leaves a readable recording. A",
              "killed lab's result says `running` until the next start marks it as `killed`. Real robots stop within 3.5 s of the lab's end, however it ended, and",
-             "of the moment when its controller is reachable again, by the emulator's record; a stopped",
+             "of the moment when its controller is reachable again, by the emulator's record. A line that stalls delivers first what the run has written into it,",
+             "so robots may stop later by up to 0.63 s for each second of the stall before the pause. A stopped",
              "lab exits with 4 if its cameras did not see them stand in time. A strict run that finishes has the hash of an undisturbed one.", ""]
     lines += links_page()
+    lines += ["## What robots know", "", "All robots show what they were told last by `lab.tell` or `lab.parameters`, in Python and C++, within 15 s of the fault's end:", "",
+              *(f"- {fault}" for fault in WORD_FAULTS), ""]
     notes = []
     for arena, words in ARENAS.items():
         lines += [f"## {arena.capitalize()}", "", f"{words[0].upper()}{words[1:]}.", "", f"| fault | {' | '.join(PHASES)} |", "|---" * (len(PHASES) + 1) + "|"]
