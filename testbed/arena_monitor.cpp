@@ -125,6 +125,11 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     const tracker::Lens& lens = tracker_.calibration(number)->data().lens;
     const bool other_size = !picture.empty() && (picture.cols != lens.width_px || picture.rows != lens.height_px);
     if (!picture.empty()) eye.other_size = other_size;
+    for (std::string& fault : eye.feed->faults()) {
+      if (fault == eye.error) continue;
+      spdlog::warn("{}", fault);
+      eye.error = std::move(fault);
+    }
     std::string error = eye.feed->error();
     if (error.empty() && eye.other_size)
       error = other_size

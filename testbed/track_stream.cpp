@@ -8,8 +8,10 @@
 #include <filesystem>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -32,14 +34,16 @@ constexpr std::chrono::milliseconds first_picture_within = 10s;
 constexpr std::chrono::milliseconds look_every = 3ms;
 constexpr double live_pictures_per_s = 15;  // of a camera's video
 
-// Says that a camera fails, and that it is back; a camera that comes and goes all the time is not a line each time.
+// Says that a camera fails, each fault at least once, and that it is back; a camera that comes and goes all the time is
+// not a line each time.
 class OutageReport {
  public:
   explicit OutageReport(hal::Progress& progress) : progress_(progress) {}
   void watch(const std::string& error, TimePoint now) {
     if (!error.empty()) last_error_ = now;
+    const bool is_new = !error.empty() && known_.size() < most_known && known_.insert(error).second;
     if (error.empty() ? said_.empty() || now - last_error_ < 2s
-                      : error == said_ || (!said_.empty() && now - said_at_ < 10s))
+                      : error == said_ || (!said_.empty() && now - said_at_ < 10s && !is_new))
       return;
     said_ = error;
     said_at_ = now;
@@ -48,8 +52,11 @@ class OutageReport {
   }
 
  private:
+  static constexpr std::size_t most_known = 20;
+
   hal::Progress& progress_;
   std::string said_;
+  std::set<std::string> known_;
   TimePoint said_at_{}, last_error_{};
 };
 

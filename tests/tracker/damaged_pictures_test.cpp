@@ -285,6 +285,8 @@ TEST_CASE("a stream's damaged pictures are counted and cost no connection") {
   CHECK(feed->counters()["camera.skipped"] == 7);
   CHECK(feed->newest().at<cv::Vec3b>(0, 0)[0] == 110);
   CHECK(has(feed->error(), "now gives pictures of 32 x 48 pixels in place of 64 x 48"));
+  CHECK(feed->faults() == std::vector<std::string>{feed->error()});
+  CHECK(feed->faults().empty());
 }
 
 TEST_CASE("each fault of a camera on the network has its own sentence") {

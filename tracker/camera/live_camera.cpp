@@ -29,7 +29,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds first_retry = 500ms, longest_retry = 8s;
-constexpr int no_picture_limit = 30;  // of a camera at this machine: damaged ones in a row, then it is opened anew
+constexpr std::size_t most_faults = 8;  // until somebody asks
+constexpr int no_picture_limit = 30;    // of a camera at this machine: damaged ones in a row, then it is opened anew
 
 // A row of undecoded bytes in place of a picture.
 bool is_undecoded(const cv::Mat& picture) {
@@ -76,6 +77,10 @@ class LiveCamera final : public CameraFeed {
     const std::lock_guard lock(mutex_);
     return error_;
   }
+  std::vector<std::string> faults() override {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(faults_, {});
+  }
   hal::Counters counters() const override {
     const std::lock_guard lock(mutex_);
     return counters_;
@@ -102,8 +107,7 @@ class LiveCamera final : public CameraFeed {
       }
       if (any_) pause = first_retry;
       std::unique_lock lock(mutex_);
-      if (error_.empty()) counters_.add("camera.gone");
-      error_ = why;
+      fail(std::move(why));
       wake_.wait_for(lock, pause, [this] { return stopping_; });
       pause = std::min(2 * pause, longest_retry);
     }
@@ -162,6 +166,13 @@ class LiveCamera final : public CameraFeed {
     return fmt::format("the camera {} gives no pictures any more", shown_);
   }
 
+  // With the mutex.
+  void fail(std::string why) {
+    if (error_.empty()) counters_.add("camera.gone");
+    if (error_ != why && faults_.size() < most_faults) faults_.push_back(why);
+    error_ = std::move(why);
+  }
+
   void refuse_damaged(std::uint64_t count) {
     const std::lock_guard lock(mutex_);
     counters_.add("camera.refused.damaged", count);
@@ -176,11 +187,10 @@ class LiveCamera final : public CameraFeed {
     if (picture.size() != size_) {
       counters_.add("camera.refused.changed");
       refused_at_ = Clock::now();
-      if (error_.empty()) counters_.add("camera.gone");
-      error_ = fmt::format(
+      fail(fmt::format(
           "the camera {} now gives pictures of {} x {} pixels in place of {} x {}: they are not used; set it back, or "
           "calibrate it at this resolution and start again",
-          shown_, picture.cols, picture.rows, size_.width, size_.height);
+          shown_, picture.cols, picture.rows, size_.width, size_.height));
       return false;
     }
     any_ = true;
@@ -205,6 +215,7 @@ class LiveCamera final : public CameraFeed {
   Clock::time_point at_;            // of newest_
   Arrival arrived_, given_;         // of newest_, and of the picture that newest() gave last
   std::string error_ = fmt::format("no picture has come yet from {}", shown_);
+  std::vector<std::string> faults_;
   hal::Counters counters_;
   std::thread thread_;  // last: begins when all else is there
 };

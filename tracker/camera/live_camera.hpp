@@ -30,6 +30,8 @@ class CameraFeed {
   virtual Arrival arrival() const { return {}; }
   // Empty while pictures come that can be used; else one sentence.
   virtual std::string error() const = 0;
+  // What error() was since the last call, however briefly: a few sentences, the oldest first.
+  virtual std::vector<std::string> faults() { return {}; }
   // camera.gone (each time it went), camera.skipped (pictures nobody took before a newer one came),
   // camera.refused.damaged (pictures whose bytes could not be decoded), camera.refused.changed (pictures of another
   // size than those before).
