@@ -8,6 +8,7 @@
 
 #include "hal/handle.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
+#include "hal/platforms/kilobot/packet.hpp"
 #include "hal/platforms/kilobot/port_lock.hpp"
 #include "hal/platforms/kilobot/stand_guard.hpp"
 #include "hal/time/wall_time.hpp"
@@ -26,12 +27,12 @@ struct Line {
   std::shared_ptr<StandGuard> guard = nullptr;  // has each line that is open, too, and may take it
 };
 
-// `path` leads to a serial device or a pseudo-terminal, and is looked up anew by each open(): 38400 baud, 8 data bits,
-// no parity, 1 stop bit, no flow control, for us alone.
-Line serial_line(const std::string& path);
+// `path` leads to a serial device or a pseudo-terminal, and is looked up anew by each open(): 8 data bits, no parity, 1
+// stop bit, no flow control, for us alone.
+Line serial_line(const std::string& path, int baud = line_baud);
 // `where` is host:port or [IPv6]:port. Resolves a host's name once, which may take as long as the system's resolver
-// does; its addresses are tried in turn. Throws PortError.
-Line tcp_line(const std::string& where);
+// does; its addresses are tried in turn. Throws PortError. `hint`: for who finds nobody there.
+Line tcp_line(const std::string& where, const std::string& hint = "is ser2net running, and is this its port?");
 // `port` is a device, such as /dev/ttyUSB0, or tcp://host:port. As slow as tcp_line(). Throws PortError.
 Line find_line(const std::string& port);
 

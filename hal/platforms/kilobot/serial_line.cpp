@@ -57,8 +57,7 @@ std::string why_not(const std::string& path, int code) {
     case ENODEV: {
       const std::string ports = ports_there_are();
       return ports.empty()
-                 ? fmt::format(
-                       "there is no serial port {} and no other on this machine; plug the overhead controller in", path)
+                 ? fmt::format("there is no serial port {} and no other on this machine; plug the device in", path)
                  : fmt::format("there is no serial port {}; there are: {}", path, ports);
     }
     case EACCES:
@@ -95,23 +94,23 @@ Port find_port(const std::string& name) {
   return Port(sp_get_port_by_name(name.c_str(), &found) == SP_OK ? found : nullptr, &sp_free_port);
 }
 
-// Raw and at the controller's speed, although nothing has that speed there.
-bool set_terminal(int terminal) {
+// Raw and at the device's speed, although nothing has that speed there.
+bool set_terminal(int terminal, int baud) {
   termios line{};
   if (::tcgetattr(terminal, &line) != 0) return false;
   ::cfmakeraw(&line);
   line.c_cflag = (line.c_cflag & ~static_cast<tcflag_t>(CSTOPB | CRTSCTS)) | CLOCAL | CREAD;
-  ::cfsetspeed(&line, B38400);
+  ::cfsetspeed(&line, baud == line_baud ? B38400 : B115200);
   return ::tcsetattr(terminal, TCSANOW, &line) == 0;
 }
 
-bool set_port(sp_port* port) {
-  return sp_set_baudrate(port, line_baud) == SP_OK && sp_set_bits(port, 8) == SP_OK &&
+bool set_port(sp_port* port, int baud) {
+  return sp_set_baudrate(port, baud) == SP_OK && sp_set_bits(port, 8) == SP_OK &&
          sp_set_parity(port, SP_PARITY_NONE) == SP_OK && sp_set_stopbits(port, 1) == SP_OK &&
          sp_set_flowcontrol(port, SP_FLOWCONTROL_NONE) == SP_OK;
 }
 
-Handle open_device(const std::string& path) {
+Handle open_device(const std::string& path, int baud) {
   const auto need = [&path](bool good) {
     if (!good) throw PortError(why_not(path, errno));
   };
@@ -137,16 +136,16 @@ Handle open_device(const std::string& path) {
   // pseudo-terminal the ioctl would outlast us while the other end is open, so that nobody but root could open it.
   need(::flock(out.get(), LOCK_EX | LOCK_NB) == 0);
   if (port) ::ioctl(out.get(), TIOCEXCL);
-  if (!(port ? set_port(port.get()) : set_terminal(out.get())))
-    throw PortError(fmt::format("{} does not take 38400 baud, 8N1: {}", path, std::strerror(errno)));
+  if (!(port ? set_port(port.get(), baud) : set_terminal(out.get(), baud)))
+    throw PortError(fmt::format("{} does not take {} baud, 8N1: {}", path, baud, std::strerror(errno)));
   ::tcflush(out.get(), TCIOFLUSH);
   return out;
 }
 
 }  // namespace
 
-Line serial_line(const std::string& path) {
-  return {.open = [path] { return open_device(path); },
+Line serial_line(const std::string& path, int baud) {
+  return {.open = [path, baud] { return open_device(path, baud); },
           .why_lost =
               [path](bool, int code) {
                 return path + " was unplugged" + (code == 0 ? "" : fmt::format(" ({})", std::strerror(code)));

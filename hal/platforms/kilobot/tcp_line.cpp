@@ -55,10 +55,10 @@ std::vector<Address> addresses_of(const std::string& where, const std::string& n
   return out;
 }
 
-std::string why_lost(const std::string& name, bool was_open, int code) {
+std::string why_lost(const std::string& name, const std::string& hint, bool was_open, int code) {
   std::string why = fmt::format("{}: {}", name, was_open ? "the connection ended" : "no connection");
   if (code != 0) why += fmt::format(": {}", std::strerror(code));
-  if (code == ECONNREFUSED) why += "; nobody listens there: is ser2net running, and is this its port?";
+  if (code == ECONNREFUSED) why += "; nobody listens there: " + hint;
   return why;
 }
 
@@ -84,16 +84,17 @@ Handle connect(const Address& address) {
 
 }  // namespace
 
-Line tcp_line(const std::string& where) {
+Line tcp_line(const std::string& where, const std::string& hint) {
   const std::string name = "tcp://" + where;
-  const auto open = [name, addresses = addresses_of(where, name), next = std::size_t{0}]() mutable {
+  const auto why = [name, hint](bool was_open, int code) {
+    return arkmesh::hal::kilobot::why_lost(name, hint, was_open, code);
+  };
+  const auto open = [why, addresses = addresses_of(where, name), next = std::size_t{0}]() mutable {
     Handle out = connect(addresses[next++ % addresses.size()]);
-    if (!out) throw PortError(why_lost(name, false, errno));
+    if (!out) throw PortError(why(false, errno));
     return out;
   };
-  return {.open = open,
-          .why_lost = [name](bool was_open, int code) { return arkmesh::hal::kilobot::why_lost(name, was_open, code); },
-          .connects = true};
+  return {.open = open, .why_lost = why, .connects = true};
 }
 
 }  // namespace arkmesh::hal::kilobot
