@@ -1,0 +1,66 @@
+"""Robots' tracks: of a recorded run, or of the table that `arkmesh fit robots LAB.toml` writes. As arrays, for robot_fit.py."""
+import csv
+import pathlib
+
+import numpy
+
+import read_log
+from figure_style import Refused
+
+COLUMNS = ["time_s", "robot", "x_m", "y_m", "direction_rad", "led"]
+
+
+def of_rows(rows):
+    """{robot: track} of rows in the order of COLUMNS."""
+    rows = numpy.array(rows, float).reshape(-1, len(COLUMNS))
+    rows = rows[numpy.isfinite(rows[:, :4]).all(1)]
+    out = {}
+    for robot in numpy.unique(rows[:, 1]):
+        mine = rows[rows[:, 1] == robot]
+        mine = mine[numpy.unique(mine[:, 0], return_index=True)[1]]
+        out[int(robot)] = {"t": mine[:, 0], "z": mine[:, 2] + 1j * mine[:, 3], "direction": mine[:, 4], "led": mine[:, 5].astype(int)}
+    return out
+
+
+def of_table(file):
+    """Tracks, the arena's sides, and whether directions are those of LEDs; the table's first line tells them."""
+    try:
+        with open(file, newline="") as text:
+            width_m, height_m, what = text.readline().removeprefix("#").split()
+            header, *rows = csv.reader(text)
+            if header != COLUMNS:
+                raise ValueError
+            return of_rows([[float(cell) for cell in row] for row in rows if len(row) == len(COLUMNS)]), float(width_m), float(height_m), what == "led"
+    except ValueError:
+        raise Refused(f"{file} is no table of tracks; give one that arkmesh fit robots wrote, or the folder of a run") from None
+    except OSError as why:
+        raise Refused(f"{file} cannot be read: {why.strerror}") from None
+
+
+def folder_of(run, lab):
+    """Of the lab's log in a run."""
+    folders = [folder for folder in [run, *sorted(path for path in run.iterdir() if path.is_dir())] if read_log.log_in(folder).is_file()]
+    if lab:
+        folders = [folder for folder in folders if folder.name == lab]
+    if len(folders) != 1:
+        names = ", ".join(folder.name for folder in folders)
+        raise Refused(f"{run} holds recordings of several labs: choose one with --lab: {names}" if folders else
+                      f"{run} holds no recording of {f'the lab {lab}' if lab else 'a lab'}; give the folder of a run that was recorded")
+    return folders[0]
+
+
+def read(source, lab=None):
+    """(tracks, width_m, height_m, whether directions are those of LEDs)"""
+    source = pathlib.Path(source)
+    if not source.is_dir():
+        return of_table(source)
+    rows, width_m, height_m = [], 0.0, 0.0
+    for _, channel, data in read_log.events(read_log.log_in(folder_of(source, lab))):
+        message = read_log.decode(data) if channel in ("poses", "arena") else None
+        if message and channel == "arena":
+            width_m, height_m = message.width_m, message.height_m
+        elif message:
+            rows += [(message.stamp_us / 1e6, robot.robot, robot.x_m, robot.y_m, robot.heading_rad, robot.led) for robot in message.robots if robot.age_us <= 150_000]
+    if not rows:
+        raise Refused(f"{source} holds no robots' places; give the folder of a run that recorded its log")
+    return of_rows(rows), width_m, height_m, False
