@@ -29,6 +29,8 @@ constexpr CommandRow rows[] = {
     {"export", "Write a recorded run as CSV, HDF5, MCAP or a film", recording_program},
     {"plot", "Draw recorded runs: a moment, or curves with mean and interval over runs", recording_program},
     {"publish", "Make an RO-Crate of a run or a batch: to cite, and to replay without arkmesh", recording_program},
+    {"fit", "Estimate what a lab's own robots are like, for its simulation and tracker",
+     ARKMESH_CAMERAS ? testbed_program : recording_program},
     {"doctor", "Check this machine or a lab's devices, and suggest remedies", light_program},
     {"scenario", "Create a scenario of your own, in Python or C++", lab_program},
     {"controller", "Run, check, build or prove a robot program", lab_program},

@@ -37,6 +37,16 @@ void add_up_command(CLI::App* command);
 void add_status_command(CLI::App* command);
 void add_ohc_command(CLI::App* command);
 void add_export_command(CLI::App* command);
+// What `fit robots` asks of an arena: a table of its robots' tracks.
+struct WalkOptions {
+  std::string file, ids, table;
+  std::vector<std::string> sets;
+  double seconds = 300;
+};
+using RecordWalks = void (*)(const WalkOptions&);
+// `record_walks`: null in a program without cameras.
+void add_fit_command(CLI::App* command, RecordWalks record_walks);
+void record_walks(const WalkOptions& options);
 void add_plot_command(CLI::App* command);
 void add_publish_command(CLI::App* command);
 // --width, --xlabel, --ylabel and --title of a figure, into `looks` by these names.
@@ -70,6 +80,9 @@ inline constexpr OwnCommand lab_commands[] = {
     {"rerun", add_rerun_command},   {"lab", add_lab_command},           {"view", add_view_command},
     {"mark", add_mark_command},     {"scenario", add_scenario_command}, {"controller", add_controller_command}};
 inline constexpr OwnCommand recording_commands[] = {
-    {"export", add_export_command}, {"plot", add_plot_command}, {"publish", add_publish_command}};
+    {"export", add_export_command},
+    {"plot", add_plot_command},
+    {"publish", add_publish_command},
+    {"fit", [](CLI::App* command) { add_fit_command(command, nullptr); }}};
 
 }  // namespace arkmesh::cli

@@ -1,9 +1,10 @@
-// `arkmesh identify`, `assign-ids` and `calibrate-motors`: procedures with the robots of an arena.
+// `arkmesh identify`, `assign-ids`, `calibrate-motors` and `fit robots`: procedures with the robots of an arena.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <memory>
 #include <numbers>
 #include <stdexcept>
@@ -17,10 +18,12 @@
 #include "hal/arenas/robot_words.hpp"
 #include "hal/config/config.hpp"
 #include "hal/counted.hpp"
+#include "hal/exit_code.hpp"
 #include "testbed/assign_ids.hpp"
 #include "testbed/calibrate_motors.hpp"
 #include "testbed/camera_latency.hpp"
 #include "testbed/identify.hpp"
+#include "testbed/record_walks.hpp"
 #include "testbed/set_up_arena.hpp"
 
 namespace arkmesh::cli {
@@ -210,6 +213,26 @@ int calibrate(const CalibrateMotorsOptions& options) {
 }
 
 }  // namespace
+
+void record_walks(const WalkOptions& options) {
+  const SetUpOptions common{
+      .program = "fit_robots", .file = options.file, .ids = options.ids, .record = {}, .sets = options.sets};
+  OperatorStop stop;
+  testbed::SetUpArena arena = common.open_arena(stop);
+  testbed::WalkSettings settings{.ids = common.listed_ids(arena.info().max_robot), .seconds = options.seconds};
+  if (settings.ids.empty()) settings.ids = arena.info().robots;
+  std::ranges::sort(settings.ids);
+  common.say_program(arena);
+  ProgressLine progress("fit robots");
+  std::ofstream table(options.table);
+  const testbed::WalkReport report = testbed::record_walks(arena, settings, table, stop, progress);
+  if (!table.flush()) throw std::runtime_error(options.table + " cannot be written; choose another place with --out");
+  say_whose_robots(report.simulated);
+  if (!report.missing.empty()) fmt::print(stderr, "not found: {}\n", hal::in_words(report.missing));
+  if (report.rows == 0)
+    throw hal::ExitError(hal::Exit::failed,
+                         "no robot was named; do they run firmware/fit_robots.c, with ids of their own?");
+}
 
 void add_identify_command(CLI::App* command) {
   const auto options = std::make_shared<IdentifyOptions>();

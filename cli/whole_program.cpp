@@ -21,7 +21,8 @@ int whole_main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_sce
     // the first of a name counts
     {"doctor", [](CLI::App* command) { add_doctor_command(command, testbed::find_devices); }},
         {"config", add_config_command}, {"emulator", add_emulator_command}, {"testbed", add_testbed_command},
-        {"track", add_track_command}, {"calibrate", add_calibrate_command}, {"identify", add_identify_command},
+        {"fit", [](CLI::App* command) { add_fit_command(command, record_walks); }}, {"track", add_track_command},
+        {"calibrate", add_calibrate_command}, {"identify", add_identify_command},
         {"assign-ids", add_assign_ids_command}, {"calibrate-motors", add_calibrate_motors_command},
 #endif
   };

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
@@ -37,7 +40,33 @@ tracker::NamedCamera calibration_of(const hal::Section& section, const CameraSet
   }
 }
 
+// Of a robots_file; what else is in it is the simulator's.
+struct RobotLed {
+  int id = 0;
+  double bearing_deg = std::numeric_limits<double>::quiet_NaN(), error_deg = 0;
+
+  void fields(const hal::Section& robot) {
+    robot.field("id", id, {.range = {0, 65'535}, .help = "which robot", .required = true});
+    robot.field("led_bearing_deg", bearing_deg, {{-180, 180}, "deg", "of its LED, counter-clockwise from ahead"});
+    robot.field("led_bearing_error_deg", error_deg, {{0, 180}, "deg", "its standard error"});
+  }
+};
+struct RobotLeds {
+  std::vector<RobotLed> robots;
+
+  void fields(const hal::Section& file) { file.field("robot", robots); }
+};
+
 }  // namespace
+
+std::map<hal::RobotId, tracker::LedOffset> read_led_offsets(const std::filesystem::path& robots_file) {
+  constexpr double degree = std::numbers::pi / 180;
+  std::map<hal::RobotId, tracker::LedOffset> out;
+  for (const RobotLed& robot : hal::Config::from_file(robots_file).root().read<RobotLeds>().robots)
+    if (!std::isnan(robot.bearing_deg))
+      out[static_cast<hal::RobotId>(robot.id)] = {-robot.bearing_deg * degree, robot.error_deg * degree};
+  return out;
+}
 
 void CameraSettings::fields(const hal::Section& camera) {
   camera.field("source", source,
@@ -62,6 +91,8 @@ void KilobotSettings::fields(const hal::Section& kilobot) {
   kilobot.field("video", keep_video, {.help = "keep a video of each camera"});
   kilobot.field("led_offset_deg", led_offset_deg,
                 {{-180, 180}, "deg", "driving direction minus LED direction, counter-clockwise"});
+  kilobot.field("robots_file", robots_file,
+                {.help = "a file of `arkmesh fit robots`: where each robot's LED is, in place of led_offset_deg"});
   kilobot.field("board_height_m", tracking.body.board_m, {{0, 0.2}, "m", "of robots' boards above the arena"});
   enum class Identity { spelled, ark } identity = known_to_ark ? Identity::ark : Identity::spelled;
   kilobot.field(
@@ -93,6 +124,10 @@ KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::stri
   if (emulated_cameras && cameras != *emulated_cameras)
     kilobot.refuse("cameras", fmt::format("must be as many as the emulator's, which has {}", *emulated_cameras));
   out.tracking.following.led_offset_rad = out.led_offset_deg * std::numbers::pi / 180;
+  if (!out.robots_file.empty()) {
+    if (!std::filesystem::exists(out.robots_file)) kilobot.refuse("robots_file", "there is no such file");
+    out.tracking.following.led_offsets = read_led_offsets(out.robots_file);
+  }
   out.tracking.body = kilobot_body(out.tracking.body.board_m);
   if (cameras == 0)
     kilobot.refuse("cameras",

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +31,7 @@ struct KilobotSettings {
   bool keep_video = false;  // an annotated one of each camera
   tracker::TableSettings tracking = kilobot_tracking();
   double led_offset_deg = testbed::led_offset_deg;  // driving direction minus LED direction, counter-clockwise
+  std::filesystem::path robots_file;  // of `arkmesh fit robots`: where each robot's LED is; empty: where others have it
   bool known_to_ark = false;     // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only
   std::filesystem::path record;  // a new folder for everything at the devices, as it came (raw_record.hpp); or nothing
   std::vector<CameraSettings> cameras;                    // one to four
@@ -44,6 +46,9 @@ struct KilobotSettings {
 // an overhead controller of its own, the file's cameras must be as many and no port is read.
 KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::string& lab,
                                       std::optional<std::size_t> emulated_cameras = {});
+
+// Where the LEDs are of robots of which the file tells it. Throws ConfigError.
+std::map<hal::RobotId, tracker::LedOffset> read_led_offsets(const std::filesystem::path& robots_file);
 
 // The cameras that are named, whether or not their calibration is there. Throws ConfigError.
 std::vector<CameraSettings> read_cameras(const hal::Section& kilobot);

@@ -70,6 +70,7 @@ void SetUpArena::look_at_poses() {
                      .in_arena = seen.pose,
                      .led = seen.led,
                      .led_seen = seen.led != hal::Led::off && seen.led != hal::Led::unknown,
+                     .led_direction_rad = seen.pose.heading_rad,
                      .confidence = seen.confidence,
                      .heading_sigma_rad = 0,
                      .age = seen.age});

@@ -29,7 +29,7 @@ struct RobotKeys {
   std::vector<std::int64_t> duties;
   double turn_noise_deg_per_s = not_said, turn_noise_s = not_said;
   double dead_duty = not_said, start_duty = not_said, charge = not_said;
-  double led_bearing_deg = not_said, clock_slow = not_said, ir_gain = not_said;
+  double led_bearing_deg = not_said, led_bearing_error_deg = not_said, clock_slow = not_said, ir_gain = not_said;
 
   void fields(const hal::Section& robot) {
     robot.field("id", id, {.range = {0, 99'999}, .help = "which robot, from 0", .sample = "3", .required = true});
@@ -44,6 +44,7 @@ struct RobotKeys {
     robot.field("start_duty", start_duty, {{0, 255}, "", "a motor at rest stays so below it, until it is spun up"});
     robot.field("charge", charge, {{0, 1}, "", "of its battery at the start"});
     robot.field("led_bearing_deg", led_bearing_deg, {{-180, 180}, "deg", "of its LED, counter-clockwise from ahead"});
+    robot.field("led_bearing_error_deg", led_bearing_error_deg, {{0, 180}, "deg", "its standard error, for a tracker"});
     robot.field("clock_slow", clock_slow, {{-0.025, 0.025}, "", "share by which its clock is slow; negative: fast"});
     robot.field("ir_gain", ir_gain, {{0, 10}, "", "factor on the reach of its messages"});
   }

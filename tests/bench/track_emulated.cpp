@@ -13,7 +13,7 @@
 
 #include "emulator/emulator.hpp"
 #include "hal/config/config.hpp"
-#include "testbed/kilobot_tracking.hpp"
+#include "testbed/kilobot_settings.hpp"
 #include "tests/support/emulated/fitted_cameras.hpp"
 #include "tests/support/emulated/tracking_referee.hpp"
 #include "tracker/camera/calibration_file.hpp"
@@ -29,6 +29,7 @@ struct Options {
   std::string calibration;  // of that file in place of the true one,
   int boards = 0;           // or fitted to so many pictures of a chessboard and to marks clicked by hand
   bool by_turns = false;    // each camera takes its pictures at a time of its own: one picture at each look
+  std::string robots;       // a file of `arkmesh fit robots`
   std::optional<int> jpeg;  // pictures go through JPEG of that quality, as through a camera's stream
 };
 
@@ -81,6 +82,7 @@ void print(const tests::TrackingScore& score) {
   fmt::print("  centre RMS            {:.3f} mm (mean {:.3f}, {:.3f}; worst {:.2f})\n", score.centre_rms_mm(),
              1000 * score.sum_x_m / seen, 1000 * score.sum_y_m / seen, 1000 * score.max_m);
   fmt::print("  heading RMS, LED on   {:.2f} degrees ({} looks)\n", score.heading_rms_deg(), score.headings);
+  fmt::print("  (error / stated)^2    {:.2f}, each robot counted once\n", score.stated_square());
   fmt::print("  LED colour right      {:.2f} % of those seen\n", score.led_right_percent());
   constexpr std::string_view names[] = {"off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"};
   for (std::size_t is = 0; is < 8; ++is) {
@@ -96,6 +98,7 @@ int measure(const Options& options) {
   emulator::Emulator emulator(config.root());
   tracker::TableSettings settings = testbed::kilobot_tracking();
   settings.expected_robots = static_cast<std::size_t>(emulator.robots());
+  if (!options.robots.empty()) settings.following.led_offsets = testbed::read_led_offsets(options.robots);
   tracker::TableTracker table(calibrations_of(emulator, options), settings);
 
   tests::TrackingReferee referee;
@@ -152,6 +155,8 @@ Options read(int argc, char** argv) {
       options.by_turns = true;
     else if (word == "--by-hand" && more)
       options.boards = std::atoi(argv[++i]);
+    else if (word == "--robots" && more)
+      options.robots = argv[++i];
     else if (word == "--jpeg" && more)
       options.jpeg = std::atoi(argv[++i]);
     else if (place++ == 0)
@@ -170,7 +175,7 @@ int main(int argc, char** argv) {
     fmt::print(
         stderr,
         "track_emulated EMULATOR.toml [SECONDS] [--lapses] [--calibration FILE | --by-hand BOARDS] [--jpeg QUALITY] "
-        "[--by-turns]\n");
+        "[--by-turns] [--robots FILE]\n");
     return 2;
   }
   try {

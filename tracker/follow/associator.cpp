@@ -142,9 +142,10 @@ void Associator::meet(Followed& followed, const FusedObservation& seen, hal::Lab
     followed.led_told = now;
   else if (now - followed.led_told >= keep_led)
     track.led = hal::Led::unknown;
+  track.led_direction_rad = seen.led_heading_rad;
   track.primary = seen.primary, track.primary_confidence = seen.primary_confidence;
   if (seen.led_heading_rad)
-    followed.motion.see_heading(wrapped(*seen.led_heading_rad + settings_.led_offset_rad), seen.led_heading_sigma_rad);
+    followed.motion.see_heading(wrapped(*seen.led_heading_rad + led_offset(followed).rad), seen.led_heading_sigma_rad);
   track.confidence += (1 - track.confidence) * 0.5f * seen.confidence;
   followed.last_seen = now;
   followed.shown = true;
@@ -153,6 +154,7 @@ void Associator::meet(Followed& followed, const FusedObservation& seen, hal::Lab
 
 void Associator::miss(Followed& followed, hal::LabTime now) {
   followed.track.led_seen = false;
+  followed.track.led_direction_rad.reset();
   followed.track.primary_confidence = 0;
   followed.track.confidence *= static_cast<float>(std::exp(-2 * seconds(now - now_)));
   if (!followed.shown || now - followed.last_seen <= settings_.show_for) return;
@@ -205,7 +207,8 @@ void Associator::report(hal::LabTime now) {
   for (Followed& followed : followed_) {
     Track& track = followed.track;
     track.in_arena = followed.motion.pose();
-    track.heading_sigma_rad = static_cast<float>(followed.motion.heading_sigma_rad());
+    track.heading_sigma_rad = static_cast<float>(
+        std::min(std::numbers::pi, std::hypot(followed.motion.heading_sigma_rad(), led_offset(followed).error_rad)));
     track.age = now - followed.last_seen;
     track.doubtful = followed.suspected || followed.jumped || track.age >= settings_.doubt_after ||
                      track.confidence < settled_confidence;
@@ -233,6 +236,12 @@ const std::vector<Track>& Associator::update(hal::LabTime now, std::span<const F
   now_ = now;
   report(now);
   return reported_;
+}
+
+LedOffset Associator::led_offset(const Followed& followed) const {
+  const auto own =
+      followed.track.robot ? settings_.led_offsets.find(*followed.track.robot) : settings_.led_offsets.end();
+  return own == settings_.led_offsets.end() ? LedOffset{settings_.led_offset_rad, 0} : own->second;
 }
 
 Associator::Followed* Associator::find(TrackNumber number) {

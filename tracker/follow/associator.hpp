@@ -3,6 +3,7 @@
 // pictures, no clock.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -15,10 +16,16 @@
 
 namespace arkmesh::tracker {
 
+// Of a robot whose LED was measured: driving direction minus LED direction, and the standard error of that.
+struct LedOffset {
+  double rad = 0, error_rad = 0;
+};
+
 struct AssociatorSettings {
-  double diameter_m = not_given;      // of a robot's body; two bodies cannot overlap
-  double led_offset_rad = not_given;  // driving direction minus LED direction
-  double top_speed_m_s = 0.06;        // nobody walks faster, pushed or played at four times life speed
+  double diameter_m = not_given;                  // of a robot's body; two bodies cannot overlap
+  double led_offset_rad = not_given;              // driving direction minus LED direction
+  std::map<hal::RobotId, LedOffset> led_offsets;  // of single robots in its place, as soon as they are named
+  double top_speed_m_s = 0.06;                    // nobody walks faster, pushed or played at four times life speed
   double reach_m = 0.016;  // how far a hand moves a robot between two frames without it counting as another one
   hal::LabTime doubt_after{200'000};  // unseen for this long: nobody acts on the id until it is seen again
   hal::LabTime swap_after{
@@ -79,6 +86,7 @@ class Associator {
   void miss(Followed& followed, hal::LabTime now);
   void give_birth(std::span<const FusedObservation> seen, std::span<const std::int32_t> seen_by, hal::LabTime now);
   void report(hal::LabTime now);
+  LedOffset led_offset(const Followed& followed) const;
   Followed* find(TrackNumber number);
 
   AssociatorSettings settings_;

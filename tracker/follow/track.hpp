@@ -12,9 +12,10 @@ using TrackNumber = std::uint32_t;  // from 0, never used twice in a run
 
 struct Track {
   TrackNumber number = 0;
-  hal::Pose in_arena;            // heading is the driving direction
-  hal::Led led = hal::Led::off;  // as last seen with certainty; unknown when it could not be told for 1 s
-  bool led_seen = false;         // in this very frame
+  hal::Pose in_arena;                       // heading is the driving direction
+  hal::Led led = hal::Led::off;             // as last seen with certainty; unknown when it could not be told for 1 s
+  bool led_seen = false;                    // in this very frame
+  std::optional<double> led_direction_rad;  // as it was seen in this very frame, from the centre to the LED
   hal::Led primary =
       hal::Led::off;  // red, green or blue: what the LED shows in this frame if it is known to show one of these
   float primary_confidence = 0;          // 0..1 that it is this one; 0 when nothing of the LED was seen in this frame

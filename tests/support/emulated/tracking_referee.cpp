@@ -42,6 +42,11 @@ double TrackingScore::centre_rms_mm() const {
 double TrackingScore::heading_rms_deg() const {
   return std::sqrt(square_rad / static_cast<double>(headings)) * 180 / std::numbers::pi;
 }
+double TrackingScore::stated_square() const {
+  double sum = 0;
+  for (const auto& [robot, each] : squares) sum += each[0] / each[1];
+  return sum / static_cast<double>(squares.size());
+}
 double TrackingScore::led_right_percent() const {
   std::uint64_t right = 0, all = 0;
   for (std::size_t is = 0; is < led.size(); ++is)
@@ -112,6 +117,9 @@ void TrackingReferee::judge(hal::LabTime now, std::span<const Truth> truth, trac
             const double off_rad = tracker::wrapped(track.in_arena.heading_rad - pose.heading_rad);
             score_.square_rad += off_rad * off_rad;
             ++score_.headings;
+            auto& [square, number] = score_.squares[*track.robot];
+            square += off_rad * off_rad / (track.heading_sigma_rad * track.heading_sigma_rad);
+            ++number;
           }
         }
       }

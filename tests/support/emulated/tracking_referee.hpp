@@ -31,11 +31,13 @@ struct TrackingScore {
   std::uint64_t headings = 0;                                // of robots seen with their LED on
   double square_m = 0, sum_x_m = 0, sum_y_m = 0, max_m = 0;  // of the centres of those seen
   double square_rad = 0;
-  std::array<std::array<std::uint64_t, 8>, 8> led{};  // [true][seen], of LEDs that were seen
+  std::map<hal::RobotId, std::array<double, 2>> squares;  // of headings in units of what was stated, and their number
+  std::array<std::array<std::uint64_t, 8>, 8> led{};      // [true][seen], of LEDs that were seen
 
   double tracked_percent() const { return 100.0 * static_cast<double>(tracked) / static_cast<double>(robot_frames); }
   double centre_rms_mm() const;
   double heading_rms_deg() const;
+  double stated_square() const;  // mean of (error / stated deviation)^2 of headings, each robot counted once
   double led_right_percent() const;
 };
 

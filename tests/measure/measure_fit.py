@@ -1,0 +1,94 @@
+"""Whether `arkmesh fit robots` finds hidden robots through cameras, and what headings are worth with their LEDs."""
+import random
+import re
+import subprocess
+import tomllib
+
+from lab_processes import PROGRAM, ROOT, Failed
+
+EMULATOR = """[emulator]
+ids = "in_order"
+frames_per_s = 10
+[[emulator.camera]]
+name = "camera0"
+width_px = {px}
+height_px = {px}
+z_m = {z}
+latency_s = 0.15
+[emulator.scene]
+glare = {glare}
+[arena]
+width_m = {side}
+height_m = {side}
+robots = {robots}
+[arena.ode]
+preset = "measured"
+controller = "{root}/scenarios/dhtf/controller/dhtf.c"
+robots_file = "hidden.toml"
+"""
+LAB = """[lab]
+name = "roark"
+[run]
+scenario = "light_up"
+[arena]
+use = "emulated"
+width_m = {side}
+height_m = {side}
+robots = {robots}
+emulated.file = "emulator.toml"
+[[arena.kilobot.cameras]]
+source = "0"
+calibration = "testbed.yaml"
+latency_ms = 150
+"""
+SLOW, TAKEN = 2, 1  # robots that hardly move; robots that are taken away
+
+
+def hidden(robots, seed):
+    chance = random.Random(seed)
+    return [{"id": i, "speed_m_per_s": chance.uniform(0.007, 0.013) if i >= SLOW or robots < 10 else 0.0005, "drift_deg_per_s": chance.gauss(0, 5),
+             "turn_left_deg_per_s": chance.uniform(30, 48), "turn_right_deg_per_s": chance.uniform(30, 48), "led_bearing_deg": -chance.uniform(35, 72)} for i in range(robots)]
+
+
+def fitted(folder, robots, seconds, seed, side, px, glare):
+    """The hidden robots, and those of the file that `arkmesh fit robots` writes in the folder."""
+    folder.mkdir()
+    truth = hidden(robots, seed)
+    folder.joinpath("hidden.toml").write_text("\n".join("[[robot]]\n" + "\n".join(f"{key} = {value}" for key, value in robot.items()) for robot in truth))
+    about = {"robots": robots, "side": side, "px": px, "z": 1.6 * side, "glare": glare, "root": ROOT}
+    text = EMULATOR.format(**about)
+    if robots >= 10:
+        text += f'[[emulator.event]]\nat_s = 60\ndo = "robot {robots - TAKEN} take"\n'
+    folder.joinpath("emulator.toml").write_text(text)
+    folder.joinpath("lab.toml").write_text(LAB.format(**about))
+    for words in (["emulator", "emulator.toml", "--calibration", "testbed.yaml", "--offline", "--seconds", "0.1"], ["fit", "robots", "lab.toml", "--seconds", str(seconds), "--out", "robots.toml"]):
+        done = subprocess.run([PROGRAM, *words], cwd=folder, capture_output=True, text=True)
+        if done.returncode != 0:
+            raise Failed(f"arkmesh {words[0]} ended with {done.returncode}: {done.stderr.strip()[-300:]}")
+    return truth, {robot["id"]: robot for robot in tomllib.loads(folder.joinpath("robots.toml").read_text())["robot"]}, done.stdout, folder.joinpath("robots.toml").read_text()
+
+
+def fit_hidden(bench):
+    """20 hidden robots under an emulated camera for five minutes, LED bearings 35 to 72 degrees, latency 0.15 s, glare, two that hardly move, one that is taken away: what `arkmesh fit robots` finds."""
+    shape = {"robots": 4, "seconds": 120, "side": 0.8, "px": 640} if bench.short else {"robots": 20, "seconds": 300, "side": 1.2, "px": 1080}
+    folder = bench.folder()
+    truth, found, said, text = fitted(folder, seed=1, glare=0.4, **shape)
+    few = set(range(SLOW)) | {shape["robots"] - TAKEN} if not bench.short else set()
+    of = [robot for robot in truth if robot["id"] not in few]
+    off = {key: [abs(found[robot["id"]].get(key, float("inf")) / robot[key] - 1) for robot in of] for key in ("speed_m_per_s", "turn_left_deg_per_s", "turn_right_deg_per_s")}
+    errors = {int(robot): float(error) for robot, error in re.findall(r"id = (\d+)\n(?:(?!id =).*\n)*?drift_deg_per_s = \S+  # \+- (\S+)", text)}
+    drifts = [abs(found[robot["id"]]["drift_deg_per_s"] - robot["drift_deg_per_s"]) / errors[robot["id"]] for robot in of if robot["id"] in errors]
+    bearings = [abs(found[robot["id"]].get("led_bearing_deg", float("inf")) - robot["led_bearing_deg"]) for robot in of]
+    within = sum(drift < 2 for drift in drifts)
+    lines = subprocess.run([bench.built("track_emulated"), "emulator.toml", "20" if bench.short else "120", "--robots", "robots.toml"], cwd=folder, capture_output=True, text=True).stdout
+    heading, square = (float(re.search(rf"{name}\s+([\d.]+)", lines)[1]) for name in ("heading RMS, LED on", r"\(error / stated\)\^2"))
+    print("\n".join("  " + line for line in said.splitlines()))
+    speed, left, right = (100 * max(each) for each in off.values())
+    met = max(speed, left, right) < 5 and within >= 0.95 * len(of) and max(bearings) < 3 and heading < 5 and 0.7 <= square <= 1.5
+    value = (f"speed {speed:.1f} %, turns {left:.1f} and {right:.1f} %, drift of {within} of {len(of)} within two errors, bearings {max(bearings):.1f} deg; "
+             f"headings {heading:.1f} deg RMS, (error / stated)^2 {square:.2f}")
+    return met, value, "5 %, 95 %, 3 deg; 5 deg, 0.7 to 1.5"
+
+
+MEASURES = [fit_hidden]
+NOT_JUDGED_SHORT = set()
