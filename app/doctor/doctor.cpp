@@ -26,7 +26,6 @@
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "gateway/address.hpp"
-#include "gateway/config.hpp"
 #include "hal/arenas/messages.hpp"
 #include "hal/bus/bus.hpp"
 #include "hal/bus/bus_config.hpp"
@@ -181,24 +180,15 @@ Finding listening(const std::string& where, bool gateway_is_running) {
   return finding;
 }
 
-// Which of the other labs will not obey when this lab's operator stops all, or not hear of it.
-Finding stop_of_all(const hal::Section& root, const hal::Participants& shared, const Heard& heard) {
+// Which of the other labs will not obey when this lab's operator stops all.
+Finding stop_of_all(const hal::Participants& shared, const Heard& heard) {
   Finding finding{"STOP of all labs", "", "docs/security.md, Operators of other labs, says what each file needs"};
   const auto problem = [&](const std::string& text) {
     finding.problem += (finding.problem.empty() ? "" : "; ") + text;
   };
-  gateway::ChannelRules rules;
-  try {
-    rules = gateway::read_gateway_config(root.section("gateway"), shared.lab, shared.labs).rules;
-  } catch (const hal::ConfigError& error) {
-    problem(error.what());
-    return finding;
-  }
   std::vector<std::string> unknown;
   for (const std::string& lab : shared.labs) {
     if (lab == shared.lab) continue;
-    if (!rules.passing(gateway::Direction::exports, lab::operator_channel, lab))
-      problem(fmt::format("the gateway of {} passes no operator_command on to {} (gateway.ordered)", shared.lab, lab));
     if (const auto other = heard.others.find(lab); other == heard.others.end())
       unknown.push_back(lab);
     else if (!lab::obeys(other->second, shared.lab))
@@ -276,7 +266,7 @@ std::vector<hal::Finding> lab_ports(const hal::Section& root, bool multicast_wor
     }
   }
   if (const auto shared = root.read<hal::Participants>(); shared.labs.size() > 1)
-    findings.push_back(stop_of_all(root, shared, heard));
+    findings.push_back(stop_of_all(shared, heard));
   if (!listen.empty()) findings.push_back(listening(listen, heard.gateways.contains(lab)));
   return findings;
 }

@@ -229,19 +229,6 @@ TEST_CASE("TCP port taken") {
   CHECK(has(second.words(), fmt::format("ok       TCP {}\n", free)));
 }
 
-TEST_CASE("STOP of all labs needs a gateway that passes it on") {
-  const auto finding = [](const std::string& more) {
-    const LabFile file(lab_text(7872, "127.0.0.1:0") + more +
-                       "peers = [{lab = \"roark\"}]\n[shared]\nlabs = [\"roark\", \"shark\"]\n");
-    Command examined(doctor + " " + file.path());
-    return line_of(examined.words(), "STOP of all labs");
-  };
-  CHECK(finding("ordered = [\"operator_command\"]\n") ==
-        "ok       STOP of all labs (not heard, so it is not known of: roark)");
-  CHECK(has(finding(""), ": the gateway of shark passes no operator_command on to roark (gateway.ordered) -> docs"));
-  CHECK(has(finding("max_message_bytes = -1\n"), "problem  STOP of all labs: "));
-}
-
 TEST_CASE("addresses to listen on are those that the gateway takes") {
   // Each name of this machine and a port of the system's choice are fine; an address for everybody is not.
   const auto finding = [](const std::string& listen) {
