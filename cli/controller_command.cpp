@@ -18,16 +18,15 @@
 #include "cli/operator_stop.hpp"
 #include "cli/page_opener.hpp"
 #include "cli/progress_line.hpp"
+#include "cli/swarm_command.hpp"
 #include "hal/bus/loss.hpp"
 #include "hal/config/config.hpp"
 #include "hal/counted.hpp"
 #include "hal/files/scratch_folder.hpp"
-#include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/controller_swarm.hpp"
 #include "sim_ode/host/programs/controller_build.hpp"
 #include "sim_ode/host/programs/controller_check.hpp"
 #include "sim_ode/host/programs/shipped_programs.hpp"
-#include "sim_ode/host/proof/proof.hpp"
 #include "sim_ode/host/reports/poses_file.hpp"
 #include "sim_ode/host/reports/robot_text.hpp"
 #include "sim_ode/host/reports/swarm_drawing.hpp"
@@ -36,33 +35,6 @@
 
 namespace arkmesh::cli {
 namespace {
-
-// A program's files and options, as a user names them.
-struct ProgramOptions {
-  std::vector<std::string> paths, include, define;
-
-  void add_to(CLI::App& command) {
-    command.add_option("PROGRAM", paths, "The C file for kilolib; several, or a folder of them, of one program")
-        ->required()
-        ->check(CLI::ExistingPath);
-    command.add_option("-I,--include", include, "A folder with headers, beside the program's own")
-        ->allow_extra_args(false)
-        ->check(CLI::ExistingDirectory);
-    command.add_option("-D,--define", define, "A macro of the program: -D NAME or -D NAME=VALUE")
-        ->allow_extra_args(false);
-  }
-  // Throws CLI::ValidationError.
-  sim_ode::ProgramSources sources() const {
-    sim_ode::ProgramSources out;
-    out.paths.assign(paths.begin(), paths.end());
-    out.include.assign(include.begin(), include.end());
-    out.define = define;
-    for (const std::string& macro : define)
-      if (const std::string wrong = sim_ode::wrong_with_macro(macro); !wrong.empty())
-        throw CLI::ValidationError("--define", wrong);
-    return out;
-  }
-};
 
 int check_controller(const sim_ode::ProgramSources& program) {
   const sim_ode::CheckedProgram checked = sim_ode::check_program(program);
@@ -128,12 +100,9 @@ void add_build_command(CLI::App& controller) {
   });
 }
 
-struct ControllerRunOptions {
-  ProgramOptions program;
-  sim_ode::SwarmOptions swarm;
-  double seconds = 60;
+struct ControllerRunOptions : SwarmCommand {
   int text_lines = 10;
-  std::string arena = "1x1", light, png, video, csv;
+  std::string png, video, csv;
   bool open = false;
   double pace = 0;  // 0: not asked for
   bool has_seconds = false;
@@ -158,21 +127,6 @@ void open(std::optional<sim_ode::PosesFile>& poses, const std::string& csv,
   } catch (const std::runtime_error& error) {
     throw CLI::ValidationError("--csv", error.what());
   }
-}
-
-// Reads what is still text.
-void complete(ControllerRunOptions& options) {
-  const auto sides = two_numbers(options.arena, 'x');
-  if (!sides) throw CLI::ValidationError("--arena", "write width x height in metres, such as 1x1 or 0.5x2");
-  options.swarm.width_m = sides->first;
-  options.swarm.height_m = sides->second;
-  if (!options.light.empty()) {
-    const auto place = two_numbers(options.light, ',');
-    if (!place) throw CLI::ValidationError("--light", "write x,y in metres from the arena's centre, such as 0.3,-0.2");
-    options.swarm.light = hal::Pose{.x_m = place->first, .y_m = place->second};
-  }
-  options.swarm.program = options.program.sources();
-  options.swarm.robots_folder = "robots";
 }
 
 // The swarm on a page, until somebody stops it. Returns the exit code.
@@ -262,30 +216,10 @@ int run_controller(const ControllerRunOptions& options) {
   return 1;
 }
 
-// The options of a swarm; returns that of the time.
-CLI::Option* add_swarm(CLI::App* run, const std::shared_ptr<ControllerRunOptions>& options) {
-  options->program.add_to(*run);
-  run->add_option("--robots", options->swarm.robots, "How many robots")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
-  CLI::Option* const seconds = run->add_option("--seconds", options->seconds, "Simulated time")
-                                   ->check(CLI::Range(0.1, 1e6))
-                                   ->capture_default_str();
-  run->add_option("--arena", options->arena, "Width x height in metres")->capture_default_str();
-  run->add_option("--light", options->light, "A lamp at x,y, metres from the arena's centre");
-  run->add_option("--spacing", options->swarm.spacing_m,
-                  "Start on a square grid with this spacing in metres, not at random")
-      ->check(CLI::Range(2 * hal::kilobot::body_radius_m, 10.0));
-  run->add_option("--seed", options->swarm.seed, "Seed of all random numbers")->capture_default_str();
-  run->add_option("--set", options->swarm.settings,
-                  "Sets a key of the arena: ode.preset=measured, ode.robots_file=robots.toml");
-  return seconds;
-}
-
 void add_run(CLI::App& controller) {
   auto* run = controller.add_subcommand("run", "Compile a Kilobot C program and run it on a simulated swarm");
   const auto options = std::make_shared<ControllerRunOptions>();
-  CLI::Option* const seconds = add_swarm(run, options);
+  CLI::Option* const seconds = options->add_to(*run);
   CLI::Option* const png = run->add_option("--png", options->png, "Draw the end of the run (.png, .jpg, .pdf, .svg)");
   CLI::Option* const video = run->add_option("--video", options->video, "Draw the whole run (.mp4, .mkv, .mov)");
   CLI::Option* const csv = run->add_option("--csv", options->csv, "Write each robot's pose, ten times a second");
@@ -305,56 +239,9 @@ void add_run(CLI::App& controller) {
       "  arkmesh controller run complexity.c list.c -I ../common -D SIMULATION\n"
       "Ends with 1 when the program does not compile, crashes or never returns.");
   run->callback([options, seconds] {
-    complete(*options);
+    options->complete();
     options->has_seconds = seconds->count() > 0;
     end_with(options->open || options->pace > 0 ? show_controller(*options) : run_controller(*options));
-  });
-}
-
-// Returns the exit code.
-int prove_controller(const ControllerRunOptions& given) {
-  const std::string name = given.swarm.program.name();
-  sim_ode::TurnLog log(given.swarm.robots);
-  sim_ode::SwarmOptions options = given.swarm;
-  options.log = &log;
-  std::string failure;
-  try {
-    sim_ode::ControllerSwarm swarm(options);
-    try {
-      swarm.run_until(hal::LabTime(static_cast<std::int64_t>(given.seconds * 1e6)), [](const hal::PoseFrame&) {});
-    } catch (const std::runtime_error& error) {
-      failure = error.what();
-    }
-    const sim_ode::Proof proof = sim_ode::prove_program(options.program, log);
-    for (const std::string& cause : proof.causes) fmt::print("{}: {}\n", name, cause);
-    for (const std::string& note : proof.notes) fmt::print("{}: {}\n", name, note);
-    for (const std::string& words : {proof.figures, proof.not_compared})
-      if (!words.empty()) fmt::print("{}: {}\n", name, words);
-    if (!failure.empty()) fmt::print("{}: here {}\n", name, failure);
-    if (proof.causes.empty()) {
-      fmt::print("{}: the same in every output on {}\n", name, hal::counted(options.robots, "robot"));
-      return failure.empty() ? 0 : 1;
-    }
-    fmt::print("{}: different from what it does here, {}\n", name, hal::counted(proof.causes.size(), "cause"));
-    return 1;
-  } catch (const std::runtime_error& error) {
-    fmt::print(stderr, "arkmesh: {}: {}\n", name, error.what());
-    return 2;
-  }
-}
-
-void add_prove(CLI::App& controller) {
-  auto* prove = controller.add_subcommand(
-      "prove", "Run a Kilobot C program on an emulated robot processor, beside a simulated swarm");
-  const auto options = std::make_shared<ControllerRunOptions>();
-  options->light = "0.3,0";
-  add_swarm(prove, options);
-  prove->footer(
-      "Example:\n  arkmesh controller prove my_robot.c\nNeeds avr-gcc and simavr. Ends with 0 when every output is the "
-      "same, with 1 when one is not, with 2 when it cannot be tried.");
-  prove->callback([options] {
-    complete(*options);
-    end_with(prove_controller(*options));
   });
 }
 
@@ -381,7 +268,7 @@ void add_controller_command(CLI::App* controller) {
   controller->footer("Example:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --png end.png");
 
   add_run(*controller);
-  add_prove(*controller);
+  add_prove_command(*controller);
   add_build_command(*controller);
   add_ship_command(*controller);
 
