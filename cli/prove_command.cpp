@@ -1,66 +1,144 @@
 // `arkmesh controller prove`: a robot's program on a robot's processor.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "app/arenas.hpp"
+#include "app/joint_run.hpp"
+#include "app/recorded_run.hpp"
+#include "cli/operator_stop.hpp"
 #include "cli/program.hpp"
+#include "cli/progress_line.hpp"
 #include "cli/swarm_command.hpp"
 #include "hal/counted.hpp"
+#include "hal/files/scratch_folder.hpp"
+#include "hal/record/result_file.hpp"
 #include "sim_ode/controller_swarm.hpp"
 #include "sim_ode/host/proof/proof.hpp"
+#include "sim_ode/ode_arena.hpp"
 
 namespace arkmesh::cli {
 namespace {
 
-// Returns the exit code.
-int prove_controller(const SwarmCommand& given) {
-  const std::string name = given.swarm.program.name();
+struct ProveCommand : SwarmCommand {
+  std::string run, lab;
+  int robot = 0;  // its id
+};
+
+// Returns the exit code. `failure`: how the simulation ended early; empty: it did not.
+int prove(const sim_ode::ProgramSources& program, const sim_ode::TurnLog& log, const std::string& failure,
+          const std::string& robots) {
+  const std::string name = program.name();
+  const sim_ode::Proof proof = sim_ode::prove_program(program, log);
+  for (const std::string& cause : proof.causes) fmt::print("{}: {}\n", name, cause);
+  for (const std::string& note : proof.notes) fmt::print("{}: {}\n", name, note);
+  for (const std::string& words : {proof.figures, proof.not_compared})
+    if (!words.empty()) fmt::print("{}: {}\n", name, words);
+  if (!failure.empty()) fmt::print("{}: here {}\n", name, failure);
+  if (!proof.causes.empty()) {
+    fmt::print("{}: different from what it does here, {}\n", name, hal::counted(proof.causes.size(), "cause"));
+    return 1;
+  }
+  fmt::print("{}: the same in every output on {}\n", name, robots);
+  return failure.empty() ? 0 : 1;
+}
+
+int prove_on_swarm(const SwarmCommand& given) {
   sim_ode::TurnLog log(given.swarm.robots);
   sim_ode::SwarmOptions options = given.swarm;
   options.log = &log;
   std::string failure;
+  sim_ode::ControllerSwarm swarm(options);
   try {
-    sim_ode::ControllerSwarm swarm(options);
-    try {
-      swarm.run_until(hal::LabTime(static_cast<std::int64_t>(given.seconds * 1e6)), [](const hal::PoseFrame&) {});
-    } catch (const std::runtime_error& error) {
-      failure = error.what();
-    }
-    const sim_ode::Proof proof = sim_ode::prove_program(options.program, log);
-    for (const std::string& cause : proof.causes) fmt::print("{}: {}\n", name, cause);
-    for (const std::string& note : proof.notes) fmt::print("{}: {}\n", name, note);
-    for (const std::string& words : {proof.figures, proof.not_compared})
-      if (!words.empty()) fmt::print("{}: {}\n", name, words);
-    if (!failure.empty()) fmt::print("{}: here {}\n", name, failure);
-    if (proof.causes.empty()) {
-      fmt::print("{}: the same in every output on {}\n", name, hal::counted(options.robots, "robot"));
-      return failure.empty() ? 0 : 1;
-    }
-    fmt::print("{}: different from what it does here, {}\n", name, hal::counted(proof.causes.size(), "cause"));
-    return 1;
+    swarm.run_until(hal::LabTime(static_cast<std::int64_t>(given.seconds * 1e6)), [](const hal::PoseFrame&) {});
   } catch (const std::runtime_error& error) {
-    fmt::print(stderr, "arkmesh: {}: {}\n", name, error.what());
-    return 2;
+    failure = error.what();
   }
+  return prove(options.program, log, failure, hal::counted(options.robots, "robot"));
+}
+
+// Simulates a recorded run again, and proves the program of one robot with what that robot got.
+int prove_in_run(const ProveCommand& given) {
+  const app::RecordedRun recorded(given.run, std::nullopt);
+  hand_over_cameras(recorded.config_files(), {});
+  std::vector<hal::Config> configs = recorded.configs();
+  std::vector<std::string> names;
+  for (const hal::Config& config : configs)
+    names.push_back(config.root().section("lab").get("name", std::string(), {.required = true}));
+  const auto at = given.lab.empty() && names.size() == 1 ? names.begin() : std::ranges::find(names, given.lab);
+  if (at == names.end())
+    throw CLI::ValidationError("--lab", fmt::format("say which of the run's labs: {}", fmt::join(names, ", ")));
+  const std::string lab = *at;
+  const hal::Section arena = configs[static_cast<std::size_t>(at - names.begin())].root().section("arena");
+  if (app::chosen_arena(arena).name != "ode")
+    throw hal::ConfigError(fmt::format("what robots of lab {} got cannot be repeated: arena.use is not \"ode\"", lab));
+  sim_ode::TurnLog log(static_cast<int>(arena.get("robots", std::int64_t{0})));
+  std::vector<hal::ArenaRow>& rows = app::arena_rows();
+  *std::ranges::find(rows, "ode", &hal::ArenaRow::name) =
+      sim_ode::ode_arena_row([&](const std::string& of) { return of == lab ? &log : nullptr; });
+
+  for (const std::string& change : recorded.changes()) fmt::print(stderr, "arkmesh: {}\n", change);
+  const hal::ScratchFolder scratch("prove");
+  app::JointRun run(configs, scratch.path() / "run");
+  const std::vector<hal::RobotId>& ids = run.lab(lab).arena().info().robots;
+  const auto robot = std::ranges::find(ids, given.robot);
+  if (robot == ids.end())
+    throw CLI::ValidationError("--robot", fmt::format("lab {} has the robots {} to {}", lab, ids.front(), ids.back()));
+  const auto index = static_cast<int>(robot - ids.begin());
+  log.keep_only(index);
+  OperatorStop stop;
+  ProgressLine progress(run.names());
+  const nlohmann::json result = run.run(stop, &progress);
+  if (stop.stopped()) return exit_code(hal::Outcome::stopped);
+  if (result.at("final_hash").get<std::string>() != recorded.final_hash())
+    fmt::print(stderr, "arkmesh: the run was another when repeated; robot {} got what it got now\n", given.robot);
+  return prove(sim_ode::program_of(arena, index), log, run.finished() ? "" : hal::ended_in(result),
+               fmt::format("robot {} of lab {}", given.robot, lab));
 }
 
 }  // namespace
 
 void add_prove_command(CLI::App& controller) {
-  auto* prove = controller.add_subcommand(
+  auto* command = controller.add_subcommand(
       "prove", "Run a Kilobot C program on an emulated robot processor, beside a simulated swarm");
-  const auto options = std::make_shared<SwarmCommand>();
+  const auto options = std::make_shared<ProveCommand>();
   options->light = "0.3,0";
-  options->add_to(*prove);
-  prove->footer(
-      "Example:\n  arkmesh controller prove my_robot.c\nNeeds avr-gcc and simavr. Ends with 0 when every output is the "
-      "same, with 1 when one is not, with 2 when it cannot be tried.");
-  prove->callback([options] {
-    options->complete();
-    end_with(prove_controller(*options));
+  options->add_to(*command);
+  CLI::Option* const program = command->get_option("PROGRAM")->required(false);
+  CLI::Option* const run =
+      command->add_option("--run", options->run, "With what a robot got in this recorded run of simulated robots")
+          ->check(CLI::ExistingPath)
+          ->excludes(program);
+  command->add_option("--robot", options->robot, "That robot's id")->needs(run)->capture_default_str();
+  command->add_option("--lab", options->lab, "Its lab, when the run has several")->needs(run);
+  command
+      ->add_flag("--hostile", options->swarm.hostile,
+                 "Robots also receive messages at random, and changed ones of the swarm")
+      ->excludes(run);
+  command->footer(
+      "Examples:\n  arkmesh controller prove my_robot.c\n  arkmesh controller prove my_robot.c --hostile\n"
+      "  arkmesh controller prove --run runs/demo --lab roark --robot 7\n"
+      "Needs avr-gcc and simavr. Ends with 0 when every output is the same, with 1 when one is not, with 2 when it "
+      "cannot be tried.");
+  command->callback([options, program, run] {
+    if (run->count() == 0 && program->count() == 0) throw CLI::RequiredError("PROGRAM, or --run");
+    if (run->count() == 0) options->complete();
+    try {
+      end_with(run->count() > 0 ? prove_in_run(*options) : prove_on_swarm(*options));
+    } catch (const CLI::Error&) {
+      throw;
+    } catch (const std::runtime_error& error) {
+      fmt::print(stderr, "arkmesh: {}: {}\n", run->count() > 0 ? options->run : options->swarm.program.name(),
+                 error.what());
+      end_with(2);
+    }
   });
 }
 

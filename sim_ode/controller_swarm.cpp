@@ -59,8 +59,9 @@ hal::Config arena_config(const SwarmOptions& options) {
 ControllerSwarm::ControllerSwarm(const SwarmOptions& options) : program_(sim_ode::RobotProgram::load(options.program)) {
   const hal::Config config = arena_config(options);
   try {
-    arena_ = sim_ode::make_ode_arena(config.root().section("arena"), lab, options.seed,
-                                     {.text = &text_, .log = options.log, .folder = options.robots_folder});
+    arena_ =
+        sim_ode::make_ode_arena(config.root().section("arena"), lab, options.seed,
+                                {.text = &text_, .log = options.log, .folder = options.robots_folder}, options.hostile);
   } catch (const hal::ConfigError& error) {
     const std::string sentence = error.what();
     // of a grid nobody wants to see all the places

@@ -27,6 +27,7 @@ struct SwarmOptions {
   std::optional<hal::Pose> light;  // place of a lamp; its heading means nothing
   double spacing_m = 0;            // 0: robots start at random places; else on a square grid round the arena's centre
   std::vector<hal::Pose> places;   // of all robots, instead of the above; empty: not used
+  bool hostile = false;            // robots also receive what HostileAir makes
   TurnLog* log = nullptr;          // of what happens to robots' programs; outlives the swarm
   std::filesystem::path robots_folder;  // of files that robots open; empty: they cannot
   std::vector<std::string> settings;    // further keys of the arena, "ode.friction=0"

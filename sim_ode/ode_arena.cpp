@@ -28,6 +28,7 @@
 #include "sim_ode/host/motors.hpp"
 #include "sim_ode/host/programs/program_inputs.hpp"
 #include "sim_ode/host/robot_groups.hpp"
+#include "sim_ode/hostile_air.hpp"
 #include "sim_ode/infrared_exchange.hpp"
 #include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/light_field.hpp"
@@ -59,6 +60,7 @@ class OdeArena final : public SimulatedArena {
         infrared_(make_infrared(settings, config.width_m, config.height_m, motors_.profiles(), lab, seed,
                                 world_.solids().empty() ? nullptr : &shadows_, options.overhead)),
         overhead_(settings_, info_, world_, *infrared_, options.overhead, lab, seed, counters_) {
+    if (options.hostile) hostile_.emplace(seed, lab);
     if (!info_.can_wait) pacer_.emplace(config.frame_period, counters_);
     host_.visit([&](RobotHost& host) {
       if (settings.leave_failed) host.leave_failed_robots();
@@ -239,6 +241,7 @@ class OdeArena final : public SimulatedArena {
       host_.tick(ticks_, inbox_);
       inbox_.overhead.clear();
       exchange_infrared(ticks_, world_, host_, *infrared_, inbox_.infrared);
+      if (hostile_) hostile_->add(world_.robots(), inbox_.infrared);
     } catch (const ProgramFault& fault) {
       lost_ = fault.what();
       throw;
@@ -313,6 +316,7 @@ class OdeArena final : public SimulatedArena {
   RobotGroups host_;
   std::unique_ptr<InfraredMedium> infrared_;
   OverheadAir overhead_;
+  std::optional<HostileAir> hostile_;
   mutable std::vector<std::array<float, 3>> light_of_;
   std::optional<hal::Pacer> pacer_;  // none: can wait
   Inbox inbox_;                      // for the next tick
@@ -452,6 +456,18 @@ ProgramSources program_of(const hal::Section& arena) {
   return read_settings(arena).controller;
 }
 
+ProgramSources program_of(const hal::Section& arena, int robot) {
+  Settings settings = read_settings(arena);
+  const hal::Section ode = arena.section("ode");
+  std::vector<GroupSettings> groups =
+      groups_of(ode, settings, hal::read_arena_config(arena, hal::kilobot::body_radius_m).robots);
+  SimulatedArenaOptions ids;
+  number_robots(ode, settings, groups, ids);
+  auto group = groups.begin();
+  for (; robot >= group->robots; ++group) robot -= group->robots;
+  return group->controller;
+}
+
 std::vector<std::filesystem::path> program_files(const hal::Section& arena) {
   try {
     const Settings settings = read_settings(arena);
@@ -468,16 +484,17 @@ std::vector<std::filesystem::path> program_files(const hal::Section& arena) {
   }
 }
 
-hal::ArenaRow ode_arena_row() {
+hal::ArenaRow ode_arena_row(std::function<TurnLog*(const std::string& lab)> log) {
   return {"ode",
           {"ode"},
           hal::ArenaRow::Robots::simulated,
-          [](const hal::Section& arena, const hal::ArenaRequest& request) {
+          [log = std::move(log)](const hal::Section& arena, const hal::ArenaRequest& request) {
             const std::filesystem::path program =
                 request.program.empty() ? std::filesystem::path() : firmware_folder() / request.program;
             return std::unique_ptr<hal::Arena>(make(
                 arena, request.lab, request.seed,
-                {.output = {.folder = request.directory.empty() ? request.directory : request.directory / "robots"}},
+                {.output = {.log = log ? log(request.lab) : nullptr,
+                            .folder = request.directory.empty() ? request.directory : request.directory / "robots"}},
                 program, request.all_read));
           },
           [] {
@@ -490,8 +507,8 @@ hal::ArenaRow ode_arena_row() {
 }
 
 std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                                           const RobotOutput& output) {
-  return make(arena, lab, seed, {.output = output});
+                                           const RobotOutput& output, bool hostile) {
+  return make(arena, lab, seed, {.output = output, .hostile = hostile});
 }
 
 std::unique_ptr<SimulatedArena> make_simulated_arena(const hal::Section& arena, const std::string& lab,

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,11 +21,15 @@ namespace arkmesh::sim_ode {
 // With arena.pace = 1 it keeps real time and cannot wait. Compiles the controller (arena.ode.controller, a kilolib C
 // file); throws ConfigError with the compiler's first error when that fails. A program that compiles, but does not
 // begin on a robot, is a ConfigError, too, unless somebody listens to what robots print: then it is a ProgramError.
+// `hostile`: robots also receive what HostileAir makes.
 std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std::string& lab, std::uint64_t seed,
-                                           const RobotOutput& output = {});
-hal::ArenaRow ode_arena_row();
+                                           const RobotOutput& output = {}, bool hostile = false);
+// `log`: that of what happens to the robots' programs of a lab, which outlives the arena, or null.
+hal::ArenaRow ode_arena_row(std::function<TurnLog*(const std::string& lab)> log = {});
 // The robots' program. Throws ConfigError.
 ProgramSources program_of(const hal::Section& arena);
+// That of a robot, by its number in the arena.
+ProgramSources program_of(const hal::Section& arena, int robot);
 // The C files of the robots' program. Throws ConfigError.
 std::vector<std::filesystem::path> program_files(const hal::Section& arena);
 

@@ -63,6 +63,7 @@ struct SimulatedArenaOptions {
   OverheadSource* overhead = nullptr;  // outlives the arena; none: the arena's own composites
   std::vector<std::uint16_t> ids;      // kilo_uid by robot; empty: 0, 1, 2, ...
   RobotOutput output = {};             // where what robots say goes
+  bool hostile = false;                // robots also receive what HostileAir makes
 };
 
 // As make_ode_arena (same keys, same streams), with the hardware's side open. arena.pace must be 0.

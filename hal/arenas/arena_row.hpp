@@ -38,7 +38,7 @@ struct ArenaRow {
   std::vector<std::string> sections;                           // the [arena.NAME]s that it reads
   Robots robots;
   // Throws ConfigError. Null: known by name only, because the program was linked without it.
-  std::unique_ptr<Arena> (*make)(const Section& arena, const ArenaRequest& request);
+  std::function<std::unique_ptr<Arena>(const Section& arena, const ArenaRequest& request)> make;
   std::vector<KeyRow> (*keys)() = nullptr;  // of its sections, for the table of all keys
   // From the start of a message with words to single robots to the next, as that lab's file says; null: it has none.
   LabTime (*message_period)(const Section& arena) = nullptr;

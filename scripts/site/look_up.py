@@ -1,4 +1,5 @@
 """Pages of the site that are made of what is there: commands, messages, counters."""
+import csv
 import os
 import pathlib
 import re
@@ -23,6 +24,15 @@ def words(text):
 
 def table(heads, rows):
     return "\n".join("| " + " | ".join(row) + " |" for row in [heads, ["---"] * len(heads), *rows]) + "\n\n"
+
+
+def table_of(file):
+    """A table of values separated by commas; an address is shown by the repository that it names."""
+    def cell(text):
+        return re.sub(r"^https://github.com/([^/]+/[^/]+)/.*", r"[\1](\g<0>)", text) if text.startswith("https://") else words(text)
+
+    heads, *rows = csv.reader(file.read_text().splitlines())
+    return table(heads, [[cell(text) for text in row] for row in rows])
 
 
 def blocks(text):

@@ -174,3 +174,36 @@ TEST_CASE("a run is repeated from its folder alone, also from a copy, and a diff
   CHECK(rerun(copy).second.find("the folders of all of its labs") != std::string::npos);
   CHECK(rerun(file).second.find("is neither a run's folder") != std::string::npos);
 }
+
+TEST_CASE("a robot's program is proved with what that robot got in a recorded run") {
+  if (!fs::exists("/usr/include/simavr/sim_avr.h")) {
+    MESSAGE("simavr is not installed: nothing is proved");
+    return;
+  }
+  BatchBench bench;
+  const std::string root = ARKMESH_SOURCE_DIR;
+  const fs::path file = bench.file(fmt::format(
+      "labs = ['{0}/experiments/dhtf/shark.toml', '{0}/experiments/dhtf/roark.toml']\nseeds = 1\n[set]\n"
+      "run.duration_s = 20\narena.robots = 4\n'roark:arena.ode.controller' = '{0}/tests/programs/differs/fraction.c'\n",
+      root));
+  REQUIRE(bench.batch(file, "out").first == 0);
+  const std::string run = (bench.folder.path() / "out/runs/00000").string();
+  const auto prove = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = {"controller", "prove", "--run", run};
+    words.insert(words.end(), more.begin(), more.end());
+    return bench.run(words);
+  };
+  const auto same = prove({"--lab", "shark", "--robot", "3"});
+  CAPTURE(same.second);
+  CHECK(same.first == 0);
+  CHECK(same.second.find("the same in every output on robot 3 of lab shark") != std::string::npos);
+  const auto different = prove({"--lab", "roark", "--robot", "1"});
+  CAPTURE(different.second);
+  CHECK(different.first == 1);
+  CHECK(different.second.find("robot 1, tick ") != std::string::npos);
+  CHECK(different.second.find("level is 7 on a robot and 8 here") != std::string::npos);
+  CHECK(prove({"--robot", "3"}).second.find("say which of the run's labs: ") != std::string::npos);
+  const auto nobody = prove({"--lab", "shark", "--robot", "4"});
+  CHECK(nobody.first == 2);
+  CHECK(nobody.second.find("lab shark has the robots 0 to 3") != std::string::npos);
+}

@@ -272,8 +272,10 @@ Proof prove_program(const ProgramSources& sources, const TurnLog& log) {
   silicon.match(variables, simulated->memory_address());
   if (log.robots() == 0) throw std::runtime_error("no robot ran, so nothing was compared");
   std::vector<std::string> logs;
+  const auto log_of = [&](int robot) { return (scratch.path() / std::to_string(robot)).string(); };
   for (int robot = 0; robot < log.robots(); ++robot) {
-    logs.push_back((scratch.path() / std::to_string(robot)).string());
+    if (log.of_robot(robot).empty()) continue;
+    logs.push_back(log_of(robot));
     std::ofstream(logs.back(), std::ios::binary) << log.of_robot(robot);
   }
 
@@ -309,7 +311,7 @@ Proof prove_program(const ProgramSources& sources, const TurnLog& log) {
                                    "-fsanitize=signed-integer-overflow,shift,bounds,float-cast-overflow,"
                                    "integer-divide-by-zero"});
     std::set<std::string> again;
-    for (const Difference& one : found) again.insert(logs[static_cast<std::size_t>(one.robot)]);
+    for (const Difference& one : found) again.insert(log_of(one.robot));
     try {
       Silicon checked(program, sources.name(), options, "atmega1284p", tool);
       checked.match(variables, simulated->memory_address());

@@ -19,13 +19,17 @@ class TurnLog {
   // A record: its letter and its values, little endian.
   template <class... Values>
   void put(int robot, char letter, Values... values) {
+    if (only_ >= 0 && robot != only_) return;
     std::string& log = of(robot).log;
     log += letter;
     (append(log, &values, sizeof values), ...);
   }
-  void put_bytes(int robot, const void* bytes, std::size_t size) { append(of(robot).log, bytes, size); }
+  void put_bytes(int robot, const void* bytes, std::size_t size) {
+    if (only_ < 0 || robot == only_) append(of(robot).log, bytes, size);
+  }
   // What has changed of a robot's memory since the last time: runs of bytes, (offset, size, bytes), then a size of 0.
   void put_memory(int robot, const char* begin, const char* end) {
+    if (only_ >= 0 && robot != only_) return;
     auto& [log, seen] = of(robot);
     const auto size = static_cast<std::size_t>(end - begin);
     seen.resize(size);
@@ -40,6 +44,12 @@ class TurnLog {
     }
     log.append(4, '\0');
   }
+  // What was written of other robots is forgotten, and what comes of them is not written.
+  void keep_only(int robot) {
+    only_ = robot;
+    for (int other = 0; other < robots(); ++other)
+      if (other != robot) of(other) = {};
+  }
   std::string_view of_robot(int robot) const { return robots_[static_cast<std::size_t>(robot)].log; }
   int robots() const { return static_cast<int>(robots_.size()); }
 
@@ -52,6 +62,7 @@ class TurnLog {
     to.append(static_cast<const char*>(bytes), size);
   }
   std::vector<Robot> robots_;
+  int only_ = -1;  // none: all
 };
 
 }  // namespace arkmesh::sim_ode

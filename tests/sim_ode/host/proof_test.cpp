@@ -26,7 +26,7 @@ bool can_prove() {
   return can;
 }
 
-sim_ode::Proof proof_of(const std::filesystem::path& program, int robots, double seconds) {
+sim_ode::Proof proof_of(const std::filesystem::path& program, int robots, double seconds, bool hostile = false) {
   sim_ode::TurnLog log(robots);
   sim_ode::SwarmOptions options;
   options.program = program;
@@ -34,6 +34,7 @@ sim_ode::Proof proof_of(const std::filesystem::path& program, int robots, double
   options.width_m = options.height_m = 0.5;
   options.light = hal::Pose{.x_m = 0.1};
   options.log = &log;
+  options.hostile = hostile;
   sim_ode::ControllerSwarm swarm(options);
   swarm.run_until(hal::LabTime(static_cast<std::int64_t>(seconds * 1e6)), [](const hal::PoseFrame&) {});
   return sim_ode::prove_program(options.program, log);
@@ -81,6 +82,18 @@ TEST_CASE("each cause of a difference is found, with its line and what it does t
   CHECK(sign.causes.empty());
   REQUIRE(sign.notes.size() == 1);
   CHECK(sign.notes[0].find("sign.c:6") != std::string::npos);
+}
+
+TEST_CASE("messages that nobody of the swarm sends find what the swarm's own do not") {
+  if (!can_prove()) return;
+  const std::filesystem::path program = programs_folder() / "differs" / "unasked.c";
+  CHECK(proof_of(program, 6, 5).causes.empty());
+  const sim_ode::Proof proof = proof_of(program, 6, 5, true);
+  REQUIRE(!proof.causes.empty());
+  CHECK_MESSAGE(proof.causes[0].find("an index is beyond its array at line 7") != std::string::npos, proof.causes[0]);
+  // and a program that looks first stands them
+  const sim_ode::Proof same = proof_of(programs_folder() / "differs" / "same.c", 6, 8, true);
+  CHECK_MESSAGE(same.causes.empty(), fmt::format("{}", fmt::join(same.causes, "\n")));
 }
 
 TEST_CASE("programs that do the same are called the same, in messages, waits, readings, fractions and the EEPROM") {
