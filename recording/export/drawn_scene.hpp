@@ -9,6 +9,6 @@ namespace arkmesh::recording::scene {
 
 // In the colours for dark grounds. A raster of many cells becomes a coarser one, and fills of polygons with more than
 // 64 corners are left out, so that a message stays small.
-Parts parts_of(const hal::Drawing& drawing);
+void draw(foxglove::SceneEntity& to, const hal::Drawing& drawing);
 
 }  // namespace arkmesh::recording::scene

@@ -4,14 +4,15 @@
 
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "hal/counted.hpp"
 #include "hal/files/whole_file.hpp"
 #include "recording/export/csv.hpp"
 #include "recording/export/hdf5.hpp"
-#include "recording/export/json.hpp"
 #include "recording/export/mcap.hpp"
 #include "recording/export/names.hpp"
+#include "recording/export/proto.hpp"
 #include "recording/export/run_tables.hpp"
 #include "recording/export/scene.hpp"
 
@@ -47,11 +48,10 @@ struct Stream {
   const RecordedLab* lab = nullptr;
   std::size_t next = 0;
   std::vector<Channel> channels;
-  std::string group, scene_name;
+  std::string group;
   Names topics;
   std::optional<Scene> scene;
-  std::optional<std::uint16_t> scene_channel;
-  std::uint32_t scenes = 0;
+  std::map<std::string_view, Channel> shown;  // by topic
 
   bool is_at_end() const { return next == lab->log->entries().size(); }
   std::int64_t t_us() const { return lab->log->entries()[next].t_us; }
@@ -90,8 +90,15 @@ Exported export_mcap(const Run& run, const std::filesystem::path& file, Watch& w
   watch.expect(messages_of(run));
   McapFile mcap(file);
   Exported out{{}, run.notes()};
-  std::map<const Type*, std::uint16_t> schemas;
-  std::optional<std::uint16_t> scenes;
+  ProtoTypes protos;
+  std::map<std::string, std::uint16_t> schemas;
+  const auto schema_of = [&](const google::protobuf::Descriptor& type) {
+    auto schema = schemas.find(type.full_name());
+    if (schema == schemas.end())
+      schema = schemas.emplace(type.full_name(), mcap.add_schema(type.full_name(), proto_schema(type))).first;
+    return schema->second;
+  };
+  double next_x_m = 0;
   std::vector<Stream> streams;
   const std::vector<std::string> groups = groups_of(run);
   for (std::size_t i = 0; i < groups.size(); ++i) {
@@ -100,13 +107,13 @@ Exported export_mcap(const Run& run, const std::filesystem::path& file, Watch& w
     stream.lab = &lab;
     stream.channels.resize(lab.log->channels().size());
     stream.group = groups[i];
-    stream.scene_name = stream.topics.of("scene");
-    stream.scene.emplace(lab.name);
+    for (const char* topic : {"scene", "robots", "others", "headings", "frames"}) stream.topics.of(topic);
+    stream.scene.emplace(lab.name, next_x_m);
     streams.push_back(std::move(stream));
   }
   // labs share lab time, so that they stand side by side
   const std::int64_t start_us = run.labs().front().log->start_utime();
-  std::string json;
+  std::string bytes;
   while (true) {
     Stream* stream = nullptr;
     for (Stream& each : streams)
@@ -122,24 +129,24 @@ Exported export_mcap(const Run& run, const std::filesystem::path& file, Watch& w
       ++channel.refused;
       continue;
     }
-    if (!channel.type) {
-      channel.type = type;
-      auto schema = schemas.find(type);
-      if (schema == schemas.end())
-        schema = schemas.emplace(type, mcap.add_schema("arkmesh." + type->name, json_schema(*type))).first;
-      channel.id = mcap.add_channel(
-          schema->second, fmt::format("/{}/{}", stream->group, stream->topics.of(log.channels()[entry.channel])));
-    }
     const auto time_ns = static_cast<std::uint64_t>(std::max<std::int64_t>(0, start_us + entry.t_us)) * 1000;
-    json.clear();
-    append_json(json, *type, message);
-    mcap.add_message(channel.id, channel.messages++, time_ns, json);
-    const std::string scene = stream->scene->update(log.channels()[entry.channel], entry.t_us, time_ns, *type, message);
-    if (scene.empty()) continue;
-    if (!scenes) scenes = mcap.add_schema("foxglove.SceneUpdate", scene_schema());
-    if (!stream->scene_channel)
-      stream->scene_channel = mcap.add_channel(*scenes, fmt::format("/{}/{}", stream->group, stream->scene_name));
-    mcap.add_message(*stream->scene_channel, stream->scenes++, time_ns, scene);
+    const std::string& name = log.channels()[entry.channel];
+    const bool is_new = std::exchange(channel.type, type) == nullptr;
+    if (name != "poses") {  // these are shown, and CSV and HDF5 have them as they were
+      if (is_new)
+        channel.id = mcap.add_channel(schema_of(protos.of(*type)),
+                                      fmt::format("/{}/{}", stream->group, stream->topics.of(name)));
+      protos.encode(bytes, *type, message);
+      mcap.add_message(channel.id, channel.messages++, time_ns, bytes);
+    }
+    for (const auto& [topic, shown] : stream->scene->update(name, entry.t_us, time_ns, *type, message)) {
+      const auto [at, is_first] = stream->shown.try_emplace(topic);
+      Stream::Channel& to = at->second;
+      if (is_first)
+        to.id = mcap.add_channel(schema_of(*shown->GetDescriptor()), fmt::format("/{}/{}", stream->group, topic));
+      shown->SerializeToString(&bytes);
+      mcap.add_message(to.id, to.messages++, time_ns, bytes);
+    }
   }
   mcap.finish();
   for (const Stream& stream : streams)

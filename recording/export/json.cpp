@@ -82,25 +82,6 @@ class JsonWriter : public Visitor {
   bool in_list_ = false;  // where values have no name
 };
 
-nlohmann::json schema_of(const Type& type) {
-  nlohmann::json properties = nlohmann::json::object();
-  for (const Field& field : type.fields) {
-    nlohmann::json one;
-    if (field.type)
-      one = schema_of(*field.type);
-    else if (field.kind == Kind::text)
-      one = {{"type", "string"}};
-    else if (field.kind == Kind::boolean)
-      one = {{"type", "boolean"}};
-    else
-      one = {{"type", field.kind == Kind::float32 || field.kind == Kind::float64 ? "number" : "integer"}};
-    if (!field.sizes.empty()) one = {{"type", "array"}, {"items", one}};
-    if (!field.comment.empty()) one["description"] = field.comment;
-    properties[field.name] = one;
-  }
-  return {{"type", "object"}, {"properties", properties}, {"description", type.comment}};
-}
-
 }  // namespace
 
 void append_json(std::string& to, const Type& type, std::span<const std::byte> message) {
@@ -119,12 +100,6 @@ void append_json_text(std::string& to, std::string_view text) {
   to += '"';
   to += text;
   to += '"';
-}
-
-std::string json_schema(const Type& type) {
-  nlohmann::json schema = schema_of(type);
-  schema["title"] = type.name;
-  return schema.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace arkmesh::recording

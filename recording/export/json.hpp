@@ -1,4 +1,4 @@
-// Messages of any type as JSON, and their types as JSON schemas.
+// Messages of any type as JSON.
 #pragma once
 
 #include <span>
@@ -13,7 +13,5 @@ namespace arkmesh::recording {
 void append_json(std::string& to, const hal::layout::Type& type, std::span<const std::byte> message);
 // A text in quotes; bytes that are not UTF-8 become U+FFFD.
 void append_json_text(std::string& to, std::string_view text);
-// The JSON schema of such objects.
-std::string json_schema(const hal::layout::Type& type);
 
 }  // namespace arkmesh::recording

@@ -74,13 +74,13 @@ void McapFile::put(std::string_view bytes) {
   out_.write(bytes);
 }
 
-std::uint16_t McapFile::add_schema(std::string_view name, std::string_view json_schema) {
+std::uint16_t McapFile::add_schema(std::string_view name, std::string_view file_descriptors) {
   std::string content;
   const auto id = static_cast<std::uint16_t>(schemas_.size() + 1);  // 0 means none
   put_number(content, id, 2);
   put_text(content, name);
-  put_text(content, "jsonschema");
-  put_text(content, json_schema);
+  put_text(content, "protobuf");
+  put_text(content, file_descriptors);
   schemas_.push_back(record(schema, content));
   return id;
 }
@@ -91,14 +91,14 @@ std::uint16_t McapFile::add_channel(std::uint16_t schema_id, std::string_view to
   put_number(content, id, 2);
   put_number(content, schema_id, 2);
   put_text(content, topic);
-  put_text(content, "json");
+  put_text(content, "protobuf");
   put_number(content, 0, 4);  // metadata
   channels_.push_back(record(channel, content));
   return id;
 }
 
 void McapFile::add_message(std::uint16_t channel_id, std::uint32_t number, std::uint64_t time_ns,
-                           std::string_view json) {
+                           std::string_view bytes) {
   // schemas and channels stand before what uses them
   for (; schemas_in_file_ < schemas_.size(); ++schemas_in_file_) chunk_ += schemas_[schemas_in_file_];
   for (; channels_in_file_ < channels_.size(); ++channels_in_file_) chunk_ += channels_[channels_in_file_];
@@ -111,12 +111,12 @@ void McapFile::add_message(std::uint16_t channel_id, std::uint32_t number, std::
   ++counts_[channel_id];
   chunk_index_[channel_id].push_back({time_ns, chunk_.size()});
   put_number(chunk_, message, 1);
-  put_number(chunk_, 2 + 4 + 8 + 8 + json.size(), 8);
+  put_number(chunk_, 2 + 4 + 8 + 8 + bytes.size(), 8);
   put_number(chunk_, channel_id, 2);
   put_number(chunk_, number, 4);
   put_number(chunk_, time_ns, 8);
   put_number(chunk_, time_ns, 8);
-  chunk_ += json;
+  chunk_ += bytes;
   if (chunk_.size() >= chunk_bytes) end_chunk();
 }
 

@@ -18,11 +18,11 @@ class McapFile {
   // Throws std::runtime_error with one sentence, as all here, when the disk refuses.
   explicit McapFile(const std::filesystem::path& file);
 
-  // Messages in JSON by a JSON schema. Returns the schema's number.
-  std::uint16_t add_schema(std::string_view name, std::string_view json_schema);
+  // Messages are protocol buffers, the schema is a FileDescriptorSet. Returns its number.
+  std::uint16_t add_schema(std::string_view name, std::string_view file_descriptors);
   std::uint16_t add_channel(std::uint16_t schema, std::string_view topic);
   // `time_ns` since 1970. Readers are quick when times do not decrease.
-  void add_message(std::uint16_t channel, std::uint32_t number, std::uint64_t time_ns, std::string_view json);
+  void add_message(std::uint16_t channel, std::uint32_t number, std::uint64_t time_ns, std::string_view bytes);
   // Writes the index and gives the file its name.
   void finish();
   std::uint64_t messages() const { return messages_; }

@@ -1,32 +1,49 @@
-// What an arena shows, as messages of Foxglove's schema `foxglove.SceneUpdate` in JSON, so that its 3D panel draws it:
-// walls, obstacles, robots with heading and LED, robots of other labs as rings, and what the scenario draws. Positions
+// What an arena shows, as messages of Foxglove's schemas, which Foxglove and Rerun draw: robots as points in the colour
+// of their LED, their poses, walls and obstacles, robots of other labs likewise, and what the scenario draws. Positions
 // are in the lab's arena frame, which is the frame of the lab's name; metres.
 #pragma once
 
+#include <google/protobuf/message.h>
+
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "hal/layout/message.hpp"
+
+namespace foxglove {
+class SceneEntity;
+}
 
 namespace arkmesh::recording {
 
 class Scene {
  public:
-  explicit Scene(std::string lab) : lab_(std::move(lab)) {}
-  // A SceneUpdate for a message of this channel that check() has passed; empty: nothing new is drawn. Robots are drawn
-  // 5 times a second of lab time at most. `time_ns` since 1970.
-  std::string update(std::string_view channel, std::int64_t t_us, std::uint64_t time_ns, const hal::layout::Type& type,
-                     std::span<const std::byte> message);
+  struct Shown {
+    const char* topic;  // "robots", "others", "headings", "scene" or "frames"
+    std::unique_ptr<google::protobuf::Message> message;
+  };
+  // Arenas lie beside each other in the frame "world"; `next_x_m` is where the next one begins, and outlives this.
+  Scene(std::string lab, double& next_x_m) : lab_(std::move(lab)), next_x_m_(next_x_m) {}
+  // For a message of this channel that check() has passed; empty: nothing new is drawn. Poses are shown twice a second
+  // of lab time at most, robots in each frame: places to 8 um, headings to 0.01 degrees. `time_ns` since 1970.
+  std::vector<Shown> update(std::string_view channel, std::int64_t t_us, std::uint64_t time_ns,
+                            const hal::layout::Type& type, std::span<const std::byte> message);
 
  private:
-  std::string lab_;
-  std::int64_t robots_us_ = -1;     // when robots were drawn last
-  double robot_radius_m_ = 0.0165;  // of a Kilobot, until the arena tells another; recordings of before do not
-};
+  void show_robots(std::vector<Shown>& out, std::int64_t t_us, std::uint64_t time_ns, const hal::layout::Type& type,
+                   std::span<const std::byte> message);
+  // Of the scenario, or of the arena. False: the message is not understood.
+  static bool draw(foxglove::SceneEntity& to, std::string_view channel, const hal::layout::Type& type,
+                   std::span<const std::byte> message);
 
-// The JSON schema of foxglove.SceneUpdate.
-std::string scene_schema();
+  std::string lab_;
+  double& next_x_m_;
+  bool placed_ = false;
+  std::int64_t poses_us_ = -1;  // when poses were shown last
+};
 
 }  // namespace arkmesh::recording

@@ -1,9 +1,12 @@
-// Parts of an entity of Foxglove's 3D scene, as JSON. Places in metres of the arena; nothing lies further off than
-// max_place_m.
+// Parts of an entity of Foxglove's 3D scene. Places in metres of the arena; nothing lies further off than max_place_m.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <cstdint>
+#include <span>
 #include <string_view>
+#include <vector>
+
+#include "foxglove.pb.h"
 
 namespace arkmesh::recording::scene {
 
@@ -13,25 +16,20 @@ inline constexpr double robot_height_m = 0.03;  // of a Kilobot; no message tell
 struct Colour {
   double r = 0, g = 0, b = 0, a = 1;
 };
-
-struct Parts {
-  nlohmann::json cylinders = nlohmann::json::array(), lines = nlohmann::json::array(),
-                 triangles = nlohmann::json::array(), texts = nlohmann::json::array();
+struct Point {
+  double x = 0, y = 0, z = 0;
 };
 
 // To a hundredth of a millimetre; 0 for what is no place to draw at.
 double place(double metres);
-nlohmann::json in_json(const Colour& colour);
-nlohmann::json point(double x, double y, double z);
-nlohmann::json pose(double x, double y, double z, double heading_rad = 0);
-nlohmann::json cylinder(double x, double y, double radius, double height, const Colour& colour);
-// `type`: strip, loop or segments (LINE_STRIP, LINE_LOOP, LINE_LIST).
-inline constexpr int strip = 0, loop = 1, segments = 2;
-nlohmann::json line(int type, const nlohmann::json& points, const Colour& colour);
-nlohmann::json circle(double x, double y, double radius, double z, const Colour& colour);
+void set_pose(foxglove::Pose& to, const Point& at, double heading_rad = 0);
+void set_colour(foxglove::Color& to, const Colour& colour);
+void add_cylinder(foxglove::SceneEntity& to, double x, double y, double radius, double height, const Colour& colour);
+void add_line(foxglove::SceneEntity& to, foxglove::LinePrimitive::Type type, std::span<const Point> points,
+              const Colour& colour);
 // `colours`: one for each point, or none for all of them in `colour`.
-nlohmann::json triangles(const nlohmann::json& points, const nlohmann::json& indices, const Colour& colour,
-                         const nlohmann::json& colours = nlohmann::json::array());
-nlohmann::json words(double x, double y, std::string_view text, const Colour& colour);
+void add_triangles(foxglove::SceneEntity& to, std::span<const Point> points, std::span<const std::uint32_t> indices,
+                   const Colour& colour, std::span<const Colour> colours = {});
+void add_words(foxglove::SceneEntity& to, double x, double y, std::string_view text, const Colour& colour);
 
 }  // namespace arkmesh::recording::scene

@@ -74,7 +74,7 @@ class Refusals(unittest.TestCase):
         disk = self.scratch / "disk"
         disk.mkdir()
         for kind in KINDS:
-            commands = f"mount -t tmpfs -o size=200k none {disk} && {ARKMESH} export {self.run_folder} --{kind} --out {disk}/out; echo code $?; find {disk} -mindepth 1"
+            commands = f"mount -t tmpfs -o size=24k none {disk} && {ARKMESH} export {self.run_folder} --{kind} --out {disk}/out; echo code $?; find {disk} -mindepth 1"
             said = subprocess.run(["unshare", "-m", "sh", "-c", commands], capture_output=True, text=True, timeout=600)
             self.assertEqual(said.stdout, "code 1\n", said.stderr)
             self.assertIn("No space left on device", said.stderr)

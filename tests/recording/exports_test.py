@@ -5,6 +5,7 @@
 
 Makes a short run, exports it in every way, and reads all back with other programs: csv, h5py, and MCAP's reference reader in node.
 """
+import base64
 import csv
 import hashlib
 import json
@@ -18,6 +19,7 @@ import tempfile
 
 import h5py
 import numpy
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -118,6 +120,36 @@ def check_hdf5(file, logs):
                 assert [row["hash"].decode() for row in data[f"{lab}/tables/hash"][:]] == [row["hash"] for row in csv.DictReader(theirs)]
 
 
+def message_type(channel):
+    """Of a channel's messages, by nothing but the file's own schema."""
+    assert channel["encoding"] == channel["schema_encoding"] == "protobuf"
+    pool, files = descriptor_pool.DescriptorPool(), descriptor_pb2.FileDescriptorSet.FromString(base64.b64decode(channel["descriptors"]))
+    for each in files.file:
+        pool.Add(each)
+    return message_factory.MessageFactory(pool).GetPrototype(pool.FindMessageTypeByName(channel["schema"]))
+
+
+def fields_of(message):
+    def one(field, value):
+        return fields_of(value) if field.message_type else list(value) if isinstance(value, bytes) else value
+    return {field.name: [one(field, each) for each in getattr(message, field.name)] if field.label == field.LABEL_REPEATED else one(field, getattr(message, field.name))
+            for field in message.DESCRIPTOR.fields}
+
+
+def check_robots(clouds, frames):
+    """Points are where robots are, to 0.01 mm and degrees."""
+    formats = {1: "u1", 3: "<u2", 7: "<f4"}  # of PackedElementField
+    assert len(clouds) == len(frames)
+    for cloud, frame in zip(clouds, frames):
+        layout = numpy.dtype({"names": [f.name for f in cloud.fields], "formats": [formats[f.type] for f in cloud.fields],
+                              "offsets": [f.offset for f in cloud.fields], "itemsize": cloud.point_stride})
+        robots = numpy.frombuffer(cloud.data, layout)
+        assert list(robots["robot"]) == [robot["robot"] for robot in frame["robots"]]
+        assert list(robots["led"]) == [robot["led"] for robot in frame["robots"]]
+        for name, key in (("x", "x_m"), ("y", "y_m"), ("heading", "heading_rad")):
+            assert numpy.abs(robots[name] - [robot[key] for robot in frame["robots"]]).max() < (1e-5 if key != "heading_rad" else 2e-4)
+
+
 def check_mcap(file, logs, scratch):
     reader = pathlib.Path(__file__).resolve().parent / "mcap_reader"
     modules = {"mcap-core": "@mcap/core", "foxglove-crc": "@foxglove/crc", "heap-js": "heap-js", "tslib": "tslib"}
@@ -131,28 +163,28 @@ def check_mcap(file, logs, scratch):
     said = subprocess.run(["node", scratch / "read.mjs", file], check=True, capture_output=True, text=True).stdout.splitlines()
     about = json.loads(said[0])
     channels = {channel["topic"]: channel for channel in about["channels"]}
+    types = {topic: message_type(channel) for topic, channel in channels.items()}
     got = {}
     for line in said[1:]:
-        topic, time_ns, text = line.split(" ", 2)
-        got.setdefault(topic, []).append((int(time_ns), json.loads(text)))
+        topic, time_ns, data = line.split(" ", 2)
+        got.setdefault(topic, []).append((int(time_ns), types[topic].FromString(base64.b64decode(data))))
     assert about["messages"] == len(said) - 1
     assert about["compressions"] == ["zstd"]
     for lab in LABS:
         for channel, expected in logs[lab].items():
             topic = f"/{lab}/{channel}"
-            assert channels[topic]["encoding"] == "json" and channels[topic]["schema_encoding"] == "jsonschema"
-            properties = channels[topic]["json_schema"]["properties"]
+            if channel == "poses":
+                check_robots([cloud for _, cloud in got[f"/{lab}/robots"]], expected)
+                continue
             assert len(got[topic]) == len(expected), topic
             for (_, message), original in zip(got[topic], expected):
-                assert same(original, message), f"{topic}: {message} is not {original}"
-                assert message.keys() == properties.keys(), topic
+                assert same(original, fields_of(message)), f"{topic}: {message} is not {original}"
+        assert f"/{lab}/poses" not in channels
         assert channels[f"/{lab}/scene"]["schema"] == "foxglove.SceneUpdate"
-        scenes = [scene for _, scene in got[f"/{lab}/scene"]]
-        robots = [entity for scene in scenes for entity in scene["entities"] if entity["id"] == "robots 0"]
-        first = logs[lab]["poses"][0]["robots"]
-        drawn = robots[0]["cylinders"]
-        assert [(round(r["x_m"], 5), round(r["y_m"], 5)) for r in first] == [(c["pose"]["position"]["x"], c["pose"]["position"]["y"]) for c in drawn]
-        assert {entity["frame_id"] for scene in scenes for entity in scene["entities"]} == {lab}
+        assert {entity.frame_id for _, scene in got[f"/{lab}/scene"] for entity in scene.entities} == {lab}
+        assert [len(poses.poses) for _, poses in got[f"/{lab}/headings"]][0] == len(logs[lab]["poses"][0]["robots"])
+        (_, frames), = got[f"/{lab}/frames"]
+        assert (frames.transforms[0].parent_frame_id, frames.transforms[0].child_frame_id) == ("world", lab)
     times = [int(line.split(" ", 2)[1]) for line in said[1:]]
     assert times == sorted(times), "messages come in the order of their times"
 

@@ -2,18 +2,22 @@
 #include "recording/export/scene.hpp"
 
 #include <doctest/doctest.h>
+#include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "arkmesh/shared_view_t.hpp"
 #include "hal/arenas/messages.hpp"
 #include "hal/layout/types.hpp"
 #include "hal/overlay/drawing_message.hpp"
+#include "recording/export/scene_parts.hpp"
 
 using namespace arkmesh;
 using hal::Colour, hal::Drawing;
@@ -32,13 +36,29 @@ std::vector<std::byte> drawing_bytes(const Drawing& drawing) {
   return bytes_of(hal::to_message(drawing, hal::LabTime{0}));
 }
 
+json in_json(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions all;
+  all.always_print_primitive_fields = all.always_print_enums_as_ints = all.preserve_proto_field_names = true;
+  std::string out;
+  REQUIRE(google::protobuf::util::MessageToJsonString(message, &out, all).ok());
+  return json::parse(out);
+}
+
+// What is shown on a topic; null: nothing.
+json shown_on(std::string_view topic, const std::vector<recording::Scene::Shown>& shown) {
+  const auto found = std::ranges::find(shown, topic, &recording::Scene::Shown::topic);
+  return found == shown.end() ? json() : in_json(*found->message);
+}
+
 // The one entity of a scene that holds this drawing.
 template <class Shape>
 json scene_of(Shape shape) {
   Drawing drawing;
   REQUIRE(drawing.add(std::move(shape)).empty());
-  const json update = json::parse(recording::Scene("shark").update(
-      "overlay", 0, 0, *hal::layout::types().find("overlay_t"), drawing_bytes(drawing)));
+  double next_x_m = 0;
+  const json update =
+      shown_on("scene", recording::Scene("shark", next_x_m)
+                            .update("overlay", 0, 0, *hal::layout::types().find("overlay_t"), drawing_bytes(drawing)));
   REQUIRE(update.at("entities").size() == 1);
   return update["entities"][0];
 }
@@ -123,31 +143,86 @@ TEST_CASE("scene: rasters by cells, many cells by fewer squares") {
   CHECK(entity["triangles"][0]["points"].size() <= 4 * 48 * 48);
 }
 
-TEST_CASE("scene: robots are as large as the arena told, and Kilobots before it did") {
-  recording::Scene scene("shark");
-  const auto width_m = [&](hal::LabTime stamp) {
-    hal::PoseFrame frame;
-    frame.stamp = stamp;
-    frame.robots.push_back({hal::RobotId{1}, {0.1, 0.2, 0}, hal::Led::off, 1, {}});
-    const std::string update = scene.update("poses", stamp.count(), 0, *hal::layout::types().find("pose_frame_t"),
-                                            bytes_of(hal::to_messages(frame).at(0)));
-    return json::parse(update).at("entities").at(0).at("cylinders").at(0).at("size").at("x").get<double>();
-  };
-  CHECK(width_m(hal::LabTime{0}) == doctest::Approx(0.033));
+TEST_CASE("scene: robots are points in the colours of their LEDs, and poses now and then") {
+  double next_x_m = 0;
+  recording::Scene scene("shark", next_x_m);
+  hal::PoseFrame frame;
+  frame.robots.push_back({hal::RobotId{7}, {0.1, -0.2, 1.5}, hal::Led::red, 1, {}});
+  frame.robots.push_back({hal::RobotId{900}, {0, 0.25, -3}, hal::Led::off, 1, {}});
+  int poses = 0;
+  for (int tenth = 0; tenth < 11; ++tenth) {
+    frame.stamp = hal::LabTime{tenth * 100'000};
+    const auto shown =
+        scene.update("poses", frame.stamp.count(), 5'000'000'001, *hal::layout::types().find("pose_frame_t"),
+                     bytes_of(hal::to_messages(frame).at(0)));
+    const auto& cloud = dynamic_cast<const foxglove::PointCloud&>(*shown.at(0).message);
+    CHECK(cloud.frame_id() == "shark");
+    CHECK(cloud.timestamp().seconds() == 5);
+    CHECK(cloud.timestamp().nanos() == 1);
+    REQUIRE(cloud.data().size() == 2 * cloud.point_stride());
+    const auto number = [&](const char* name, std::size_t robot, auto as) {
+      for (const foxglove::PackedElementField& field : cloud.fields())
+        if (field.name() == name)
+          std::memcpy(&as, cloud.data().data() + robot * cloud.point_stride() + field.offset(), sizeof as);
+      return as;
+    };
+    CHECK(number("x", 0, 0.0F) == doctest::Approx(0.1).epsilon(1e-4));
+    CHECK(number("y", 1, 0.0F) == doctest::Approx(0.25).epsilon(1e-4));
+    CHECK(number("heading", 0, 0.0F) == doctest::Approx(1.5).epsilon(1e-4));
+    CHECK(number("robot", 1, std::uint16_t{}) == 900);
+    CHECK(number("red", 0, std::uint8_t{}) > 200);
+    CHECK(number("red", 1, std::uint8_t{}) < 100);
+    const json told = shown_on("headings", shown);
+    if (told.is_null()) continue;
+    ++poses;
+    REQUIRE(told["poses"].size() == 2);
+    CHECK(told["poses"][0]["position"]["y"].get<double>() == doctest::Approx(-0.2).epsilon(1e-4));
+    CHECK(told["poses"][0]["orientation"]["z"].get<double>() == doctest::Approx(std::sin(0.75)).epsilon(1e-3));
+  }
+  CHECK(poses == 3);
+}
+
+TEST_CASE("scene: robots of other labs are points of this arena, which lies in the world") {
+  double next_x_m = 0;
+  recording::Scene scene("shark", next_x_m);
+  arkmesh::shared_view_t view{};
+  view.scale = 2;
+  view.shift_x_m = 0.1;
+  view.n_labs = 1;
+  view.labs.resize(1);
+  view.labs[0].lab = "roark";
+  view.labs[0].n_robots = 1;
+  view.labs[0].robots.resize(1);
+  view.labs[0].robots[0].x_um = 300'000;
+  const hal::layout::Type& type = *hal::layout::types().find("shared_view_t");
+  const auto shown = scene.update("shared", 0, 0, type, bytes_of(view));
+  const auto& cloud = dynamic_cast<const foxglove::PointCloud&>(*shown.at(0).message);
+  REQUIRE(cloud.data().size() == cloud.point_stride());
+  float x = 0;
+  std::memcpy(&x, cloud.data().data() + cloud.fields(0).offset(), sizeof x);
+  CHECK(x == doctest::Approx(0.1).epsilon(1e-4));
+  view.labs[0].lab = "shark";
+  CHECK(dynamic_cast<const foxglove::PointCloud&>(*scene.update("shared", 0, 0, type, bytes_of(view)).at(0).message)
+            .data()
+            .empty());
   hal::ArenaInfo info;
   info.name = "shark";
-  info.body_radius_m = 0.02;
-  scene.update("arena", 0, 0, *hal::layout::types().find("arena_info_t"), bytes_of(hal::to_message(info)));
-  CHECK(width_m(hal::LabTime{10'000'000}) == doctest::Approx(0.04));
+  info.width_m = 2;
+  const json frames = shown_on("frames", scene.update("arena", 0, 0, *hal::layout::types().find("arena_info_t"),
+                                                      bytes_of(hal::to_message(info))));
+  CHECK(frames["transforms"][0]["child_frame_id"] == "shark");
+  CHECK(frames["transforms"][0]["translation"]["x"] == 1.0);
+  CHECK(next_x_m > 2);
 }
 
 TEST_CASE("scene: texts where they are, and an empty drawing takes all away") {
   const json text = scene_of(hal::Text{{0.1, 0.2}, "north \"N\"", Colour::note})["texts"][0];
   CHECK(text["text"] == "north \"N\"");
   CHECK(text["pose"]["position"]["y"] == 0.2);
-  recording::Scene scene("shark");
+  double next_x_m = 0;
+  recording::Scene scene("shark", next_x_m);
   const hal::layout::Type& type = *hal::layout::types().find("overlay_t");
-  const json empty = json::parse(scene.update("overlay", 0, 0, type, drawing_bytes({})))["entities"][0];
+  const json empty = shown_on("scene", scene.update("overlay", 0, 0, type, drawing_bytes({})))["entities"][0];
   for (const char* part : {"lines", "triangles", "texts"}) CHECK(empty[part].empty());
   CHECK(empty["id"] == "overlay");
   const std::vector<std::byte> whole = drawing_bytes({});

@@ -20,11 +20,10 @@ const reader = await McapIndexedReader.Initialize({ readable, decompressHandlers
 const channels = [...reader.channelsById.values()].map((channel) => {
   const schema = reader.schemasById.get(channel.schemaId);
   return { topic: channel.topic, encoding: channel.messageEncoding, schema: schema.name, schema_encoding: schema.encoding,
-           json_schema: JSON.parse(new TextDecoder().decode(schema.data)) };
+           descriptors: Buffer.from(schema.data).toString("base64") };
 });
 const lines = [JSON.stringify({ channels, compressions: [...new Set(reader.chunkIndexes.map((chunk) => chunk.compression))],
   chunks: reader.chunkIndexes.length, messages: Number(reader.statistics.messageCount) })];
-// The messages' own text: JavaScript's numbers would round large ones.
 for await (const message of reader.readMessages({ validateCrcs: true }))
-  lines.push(`${reader.channelsById.get(message.channelId).topic} ${message.logTime} ${new TextDecoder().decode(message.data)}`);
+  lines.push(`${reader.channelsById.get(message.channelId).topic} ${message.logTime} ${Buffer.from(message.data).toString("base64")}`);
 process.stdout.write(lines.join("\n") + "\n");
