@@ -29,8 +29,8 @@ namespace fs = std::filesystem;
 // The program of the emulator, compiled when it is first needed.
 fs::path emulator(const fs::path& scratch) {
   const fs::path source = silicon_folder() / "emulator.c";
-  ContentHash hash;
-  hash.add(read_source(source));
+  ContentHash hash;  // of its parts, too
+  for (const char* part : {"emulator.c", "calls.h", "log.h", "state.h"}) hash.add(read_source(silicon_folder() / part));
   const fs::path cache = ProgramCache::folder_of_user();
   const fs::path kept = cache.empty() ? fs::path() : cache / ("emulator-" + hash.name());
   std::error_code error;

@@ -1,0 +1,65 @@
+// The search for robots by their edges: round votes in a shrunk picture, each looked at closely in the picture itself.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "tracker/detect/candidate.hpp"
+#include "tracker/detect/detector.hpp"
+#include "tracker/detect/round_votes.hpp"
+
+namespace arkmesh::tracker {
+
+class BodySearch {
+ public:
+  explicit BodySearch(const DetectorSettings& settings) : settings_(settings) {}
+
+  // Before anything else is asked of a picture.
+  void begin(double noise) { noise_ = noise, taken_block_ = 0; }
+  double noise() const { return noise_; }
+  // Where objections go; null: nowhere.
+  void explain(Explanation* explanation) { explanation_ = explanation; }
+
+  // Of the size that has most evidence for it.
+  std::vector<Candidate> of_any_diameter(const cv::Mat& bgr);
+  // Searches at neighbouring sizes together: near a limit each alone may miss a robot, and what only one finds is
+  // mostly none.
+  std::vector<Candidate> about_diameter(const cv::Mat& bgr, double diameter_px);
+  // The robot nearest to an expected place, if one is within its reach.
+  std::optional<Candidate> near(const cv::Mat& bgr, const Expected& place);
+  std::optional<CircleFit> fit(const cv::Mat& bgr, const Circle& guess, double range, bool darker) {
+    return fitter_.fit(bgr, guess, range, darker, noise_);
+  }
+  // The surest first; no two overlap by more than robots can.
+  static std::vector<Candidate> united(const cv::Mat& bgr, const std::vector<std::vector<Candidate>>& all);
+  static double median_r_px(const std::vector<Candidate>& robots);
+
+ private:
+  // First on the shrunk picture, where most of what is no robot shows itself; then on the picture itself.
+  std::optional<CircleFit> closely(const cv::Mat& bgr, const Circle& guess, bool darker);
+  // Candidates of radii [least, most] px in the shrunk picture, each looked at closely, until `patience` of them in a
+  // row are nothing.
+  void look(const cv::Mat& bgr, double min_r_px, double max_r_px, double min_votes, std::size_t patience,
+            std::vector<Candidate>& candidates);
+  // The whole picture, shrunk, unless it is so already.
+  void take(const cv::Mat& bgr, int block);
+  std::optional<double> find_diameter(const cv::Mat& bgr);
+  // Whether a circle is a coin cell's: board round it, and arena round that. Grey levels of the picture looked at last.
+  bool in_dark_ring(const Circle& circle) const;
+  std::vector<Candidate> at_diameter(const cv::Mat& bgr, double diameter_px);
+  void object(const Circle& circle, double confidence, const char* objection);
+  // The weakest edge of the shrunk picture that may vote, in grey levels a pixel.
+  double min_step() const;
+
+  DetectorSettings settings_;
+  double noise_ = 0;  // of the picture looked at, in grey levels
+  ShrunkPicture picture_;
+  int taken_block_ = 0;  // of the whole picture in picture_ and votes_; 0: they hold something else
+  RoundVotes votes_;
+  CircleFitter fitter_;
+  std::vector<CircleVote> circle_votes_;
+  Explanation* explanation_ = nullptr;
+};
+
+}  // namespace arkmesh::tracker
