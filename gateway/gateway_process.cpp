@@ -33,12 +33,11 @@
 #include "gateway/metrics.hpp"
 #include "gateway/metrics_server.hpp"
 #include "gateway/port_monitor.hpp"
+#include "gateway/process_config.hpp"
 #include "gateway/reload_door.hpp"
-#include "hal/arenas/experiment.hpp"
 #include "hal/bus/bus.hpp"
 #include "hal/bus/bus_config.hpp"
 #include "hal/bus/loss.hpp"
-#include "hal/bus/participants.hpp"
 #include "hal/config/without_secrets.hpp"
 #include "hal/counted.hpp"
 #include "hal/handle.hpp"
@@ -60,49 +59,11 @@ constexpr std::chrono::milliseconds port_time{5000};
 constexpr int max_per_turn = 100;
 constexpr auto say_period = 1s;  // at most one line per peer
 
-// What the process needs of a lab's file; the other tables are the lab's.
-struct ProcessConfig {
-  std::string lab, experiment;
-  hal::BusConfig bus;
-  GatewayConfig gateway;
-};
-
-// Refuses keys of [gateway] that it does not know, and labs of the shared world that have no peer.
-ProcessConfig read_process_config(const hal::Config& config) {
-  const hal::Section root = config.root();
-  ProcessConfig out;
-  const auto shared = root.read<hal::Participants>();
-  out.lab = shared.lab;
-  hal::Experiment by_default{root.section("run").get("scenario", std::string())};
-  out.experiment = root.section("shared").read(std::move(by_default)).id;
-  out.bus = root.section("bus").read<hal::BusConfig>();
-  out.gateway = read_gateway_config(root.section("gateway"), out.lab, shared.labs);
-  for (const PeerConfig& peer : out.gateway.peers) out.gateway.rules.limit(peer.lab, peer.limits.or_usual());
-  config.refuse_unknown("gateway");
-  for (const std::string& lab : shared.labs)
-    if (lab != out.lab && std::ranges::find(out.gateway.peers, lab, &PeerConfig::lab) == out.gateway.peers.end())
-      root.section("gateway").refuse("peers",
-                                     fmt::format("has no entry for lab {}, which shared.labs names; add one", lab));
-  return out;
-}
-
 // Grows with each start, also after a crash: peers take the newer of two gateways for the living one.
 std::uint64_t new_boot_id() {
   return static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
           .count());
-}
-
-// What a file says that counts at the start only, key by key.
-std::map<std::string, std::string, std::less<>> fixed_keys(const hal::Config& config) {
-  std::map<std::string, std::string, std::less<>> all;
-  for (const char* table : {"lab", "shared", "run", "bus", "gateway"}) all.merge(config.in_force_below(table));
-  std::erase_if(all, [](const auto& entry) {
-    const std::string& key = entry.first;
-    return key.starts_with("gateway.rules") || key == "gateway.exports" || key == "gateway.ordered" ||
-           key == "gateway.imports" || key.find(".import_") != std::string::npos;
-  });
-  return all;
 }
 
 bool has_terminal() {

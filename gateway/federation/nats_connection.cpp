@@ -1,7 +1,6 @@
 #include "gateway/federation/nats_connection.hpp"
 
 #include <fmt/format.h>
-#include <nats/nats.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
@@ -12,7 +11,7 @@
 #include <thread>
 #include <utility>
 
-#include "hal/label.hpp"
+#include "gateway/federation/nats_attempt.hpp"
 
 namespace arkmesh::gateway {
 
@@ -20,104 +19,26 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 using Clock = std::chrono::steady_clock;
 
+using nats::Attempt, nats::Connection, nats::MessagePointer, nats::Polling, nats::read_bytes, nats::Subscription,
+    nats::words;
+
 namespace {
 
-constexpr std::chrono::milliseconds connect_time{2000}, echo_period{1000};
+constexpr std::chrono::milliseconds echo_period{1000};
 constexpr std::chrono::milliseconds patience{3000};  // for a server that forwards nothing
 // A server that takes less cannot be used: a frame of a gateway has to fit.
 constexpr std::size_t least_payload = 32 << 10;
-constexpr std::size_t longest_error = 200;
-// What libnats reads at once, and what it may read before a message is whole: gateways send no packet so long, and
+// What libnats may read before a message is whole: gateways send no packet so long, and
 // libnats would hold gigabytes for a server that says so. Nor does it give back what it holds when the connection ends
 // in the midst of a message (3.4.1, and later ones), so that a server that always does that is not met often.
-constexpr std::size_t read_bytes = 32 << 10, most_unfinished_bytes = 1 << 20;
+constexpr std::size_t most_unfinished_bytes = 1 << 20;
 
 // libnats wakes a thread to destroy a message, so we do that for several at once.
 constexpr std::size_t most_done = 64;
 
-template <class T, void (*destroy)(T*)>
-struct Destroy {
-  void operator()(T* object) const { destroy(object); }
-};
-using Connection = std::unique_ptr<natsConnection, Destroy<natsConnection, natsConnection_Destroy>>;
-using Options = std::unique_ptr<natsOptions, Destroy<natsOptions, natsOptions_Destroy>>;
-using Subscription = std::unique_ptr<natsSubscription, Destroy<natsSubscription, natsSubscription_Destroy>>;
-using MessagePointer = std::unique_ptr<natsMsg, Destroy<natsMsg, natsMsg_Destroy>>;
-
-// The socket as libnats wants it polled. It says so from within our calls only, once it is connected.
-struct Polling {
-  int socket = -1;
-  std::function<void(bool wanted)> reading, writing;
-
-  static natsStatus attach(void** user_data, void* loop, natsConnection*, natsSock socket) {
-    *user_data = loop;
-    static_cast<Polling*>(loop)->socket = socket;
-    return NATS_OK;
-  }
-  static natsStatus read(void* user_data, bool wanted) {
-    if (const auto& tell = static_cast<Polling*>(user_data)->reading) tell(wanted);
-    return NATS_OK;
-  }
-  static natsStatus write(void* user_data, bool wanted) {
-    if (const auto& tell = static_cast<Polling*>(user_data)->writing) tell(wanted);
-    return NATS_OK;
-  }
-  static natsStatus detach(void*) { return NATS_OK; }
-};
-
-// What a thread that connects brings back.
-struct Attempt {
-  std::unique_ptr<Polling> polling = std::make_unique<Polling>();
-  Connection connection;  // null: failed
-  std::string error;
-};
-
 std::size_t unread_bytes(int socket) {
   int bytes = 0;
   return ::ioctl(socket, FIONREAD, &bytes) == 0 ? static_cast<std::size_t>(bytes) : 0;
-}
-
-std::string words(natsStatus status, const char* more) {
-  std::string text = more && *more ? more : natsStatus_GetText(status);
-  return hal::printable(text, longest_error);
-}
-
-// Waits: for the name server, the server, its TLS.
-void connect(const NatsSettings& settings, const NatsServer& server, Attempt& attempt) {
-  natsOptions* made = nullptr;
-  if (natsOptions_Create(&made) != NATS_OK) {
-    attempt.error = "libnats cannot start";
-    return;
-  }
-  const Options options(made);
-  const std::string url = fmt::format("{}://{}", settings.servers.tls ? "tls" : "nats", to_text(server.host));
-  natsStatus status = natsOptions_SetURL(made, url.c_str());
-  const auto then = [&status](natsStatus next) {
-    if (status == NATS_OK) status = next;
-  };
-  then(natsOptions_SetName(made, settings.name.c_str()));
-  then(natsOptions_SetTimeout(made, connect_time.count()));
-  then(natsOptions_SetIOBufSize(made, read_bytes));
-  then(natsOptions_SetAllowReconnect(made, false));  // the next server is ours to choose
-  then(natsOptions_SetIgnoreDiscoveredServers(made, true));
-  then(natsOptions_SetPingInterval(made, 0));  // would close the connection from a thread
-  then(natsOptions_SetSendAsap(made, true));
-  then(natsOptions_SetEventLoop(made, attempt.polling.get(), Polling::attach, Polling::read, Polling::write,
-                                Polling::detach));
-  if (!server.user.empty()) then(natsOptions_SetUserInfo(made, server.user.c_str(), server.password.c_str()));
-  if (!settings.credentials.empty())
-    then(natsOptions_SetUserCredentialsFromFiles(made, settings.credentials.c_str(), nullptr));
-  if (settings.servers.tls) {
-    then(natsOptions_SetSecure(made, true));
-    if (!settings.server_ca.empty()) then(natsOptions_LoadCATrustedCertificates(made, settings.server_ca.c_str()));
-    then(natsOptions_SetExpectedHostname(made, server.host.name.c_str()));
-  }
-  natsConnection* connection = nullptr;
-  if (status == NATS_OK) status = natsConnection_Connect(&connection, made);
-  if (status == NATS_OK)
-    attempt.connection.reset(connection);
-  else
-    attempt.error = words(status, nats_GetLastError(nullptr));
 }
 
 }  // namespace

@@ -24,8 +24,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view own_mark = "arkmesh:";  // a path below arkmesh's sources, or its installed files
-
 template <class T>
 bool take(const toml::node& node, T& out) {
   const std::optional<T> value = node.value_exact<T>();
@@ -97,52 +95,6 @@ fs::path resolved(const fs::path& written, const toml::source_region& place) {
   return fs::exists(named, error) || !fs::exists(followed, error) ? named : followed;
 }
 
-// How a run's config.toml in `folder` names a file, so that it is found when the folder is moved; without a folder, so
-// that labs at different places name it alike.
-std::string portable(const fs::path& path, const fs::path* folder, const Config::Kept& kept) {
-  if (const auto here = kept.find(path); here != kept.end()) return here->second.string();
-  const fs::path here = fs::current_path();
-  for (const char* folder_of_ours : {"experiments", "scenarios", "sim_ode"}) {
-    const fs::path own = path.lexically_relative(own_file(folder_of_ours, folder_of_ours).parent_path());
-    if (!own.empty() && *own.begin() == folder_of_ours) return std::string(own_mark) + own.string();
-  }
-  if (!folder) return path.filename().string();
-  if (folder->empty()) return path.string();
-  const fs::path from = fs::absolute(*folder).lexically_normal();
-  const auto is_below_here = [&](const fs::path& p) { return *p.lexically_relative(here).begin() != ".."; };
-  return is_below_here(from) && is_below_here(path) ? path.lexically_relative(from).string() : path.string();
-}
-
-// What was read of a table.
-toml::table in_force(const Section::State& state, const toml::table& table, const fs::path* folder,
-                     const Config::Kept& kept = {}) {
-  toml::table out;
-  for (const auto& [key, node] : table) {
-    const auto read = state.read.find(&node);
-    if (read == state.read.end()) continue;
-    if (node.is_table()) {
-      out.insert(key, in_force(state, *node.as_table(), folder, kept));
-    } else if (node.is_array_of_tables()) {
-      toml::array list;
-      for (const toml::node& element : *node.as_array())
-        list.push_back(in_force(state, *element.as_table(), folder, kept));
-      out.insert(key, std::move(list));
-    } else if (const std::string path = node.value_or(std::string()); read->second.is_path && !path.empty()) {
-      out.insert(key, portable(path, folder, kept));
-    } else if (read->second.is_path && node.is_array()) {
-      toml::array list;
-      for (const toml::node& element : *node.as_array())
-        list.push_back(portable(element.value_or(std::string()), folder, kept));
-      out.insert(key, std::move(list));
-    } else if (read->second.written && node.is_string()) {
-      out.insert(key, read->second.written(node.value_or(std::string())));
-    } else {
-      out.insert(key, node);
-    }
-  }
-  return out;
-}
-
 // What a key is called today; empty when it was never called otherwise.
 std::string renamed(std::string_view key) {
   std::string_view before, now;
@@ -152,18 +104,6 @@ std::string renamed(std::string_view key) {
     if (fits && old.size() >= before.size()) before = old, now = one.now;
   }
   return now.empty() ? "" : fmt::format("{}{}", now, key.substr(before.size()));
-}
-
-// Every key of a table and the tables below, with its whole name.
-void for_each(const toml::table& table, const std::string& path,
-              const std::function<bool(const std::string&, const toml::node&)>& goes_on_below) {
-  for (const auto& [key, node] : table) {
-    const std::string full = join(path, key.str());
-    if (!goes_on_below(full, node)) continue;
-    if (node.is_table()) for_each(*node.as_table(), full, goes_on_below);
-    for (std::size_t i = 0; node.is_array_of_tables() && i < node.as_array()->size(); ++i)
-      for_each(*node.as_array()->get(i)->as_table(), fmt::format("{}[{}]", full, i), goes_on_below);
-  }
 }
 
 }  // namespace
@@ -406,30 +346,6 @@ std::vector<fs::path> Config::paths() const {
       out.emplace_back(node->as_array()->get(i)->value_or(std::string()));
   }
   std::ranges::sort(out);
-  return out;
-}
-
-std::string Config::effective(const fs::path& folder, const Kept& kept) const {
-  std::ostringstream out;
-  out << "# The effective configuration of " << to_toml(state_->file.string());
-  if (!state_->preset.empty()) out << " with preset " << to_toml(state_->preset);
-  out << ".\n"
-      << toml::toml_formatter(in_force(*state_, state_->tree, &folder, kept), toml::format_flags::none) << "\n";
-  return out.str();
-}
-
-std::map<std::string, std::string, std::less<>> Config::in_force_below(std::string_view table) const {
-  std::map<std::string, std::string, std::less<>> out;
-  const toml::table* from = &state_->tree;
-  if (!table.empty()) {
-    const toml::node* const node = from->get(table);
-    if (!node || !node->is_table() || !state_->read.contains(node)) return out;
-    from = node->as_table();
-  }
-  for_each(in_force(*state_, *from, nullptr), std::string(table), [&](const std::string& key, const toml::node& node) {
-    if (!node.is_table() && !node.is_array_of_tables()) out.emplace(key, to_toml(node));
-    return true;
-  });
   return out;
 }
 

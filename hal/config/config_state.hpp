@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -61,12 +62,17 @@ struct Section::State {
   toml::source_region place(std::string key) const;
 };
 
+constexpr std::string_view own_mark = "arkmesh:";     // a path below arkmesh's sources, or its installed files
 constexpr std::string_view override_mark = "--set ";  // what an override is called where files have their names
 // "shark.toml:12", or "--set key=value".
 std::string to_text(const toml::source_region& place);
 // In one line.
 std::string to_toml(const toml::node& node);
 std::string join(std::string_view table, std::string_view key);
+
+// Visits every key of a table and the tables below, with its whole name.
+void for_each(const toml::table& table, const std::string& path,
+              const std::function<bool(const std::string&, const toml::node&)>& goes_on_below);
 
 // Reads `file`, or `text` in its place, with all it includes, preset and overrides. Judges no key but `include` and
 // `preset`. Throws ConfigError.
