@@ -46,7 +46,7 @@ install(FILES ${PROJECT_BINARY_DIR}/hal/generated/colour_table.hpp DESTINATION i
 install(DIRECTORY ${PROJECT_BINARY_DIR}/lcmtypes/cpp/arkmesh DESTINATION include COMPONENT dev FILES_MATCHING PATTERN "*.hpp")
 
 # Libraries: arkmesh::cli, arkmesh::scenarios and arkmesh::testing, with all that they are linked to.
-set(libraries options lcmtypes hal http kilobot sim_ode recording recorded_view gateway lab testing view scenarios doctor app mark
+set(libraries options lcmtypes hal http kilobot aseba sim_ode recording recorded_view gateway lab testing view scenarios doctor app mark
   cli_base cli_light cli_gateway cli)
 if(ARKMESH_CAMERAS)
   list(APPEND libraries tracker testbed emulator)

@@ -152,7 +152,7 @@ inline void check_frames(const ArenaRow& row) {
       CHECK(std::abs(seen.pose.y_m) <= info.height_m / 2);
       CHECK(seen.pose.heading_rad > -std::numbers::pi);
       CHECK(seen.pose.heading_rad <= std::numbers::pi);
-      CHECK(static_cast<int>(seen.led) <= 7);
+      CHECK(seen.led <= Led::unknown);
       CHECK(seen.confidence >= 0);
       CHECK(seen.confidence <= 1);
       CHECK(seen.age >= LabTime{0});

@@ -18,6 +18,8 @@
 #include "tests/conformance/arena_conformance.hpp"
 #include "tests/conformance/arena_repeats.hpp"
 #include "tests/examples/rover/rover_arena.hpp"
+#include "tests/support/aseba/scripted_eyes.hpp"
+#include "tests/support/aseba/scripted_node.hpp"
 #include "tests/support/kilobot/fake_cable.hpp"
 #include "tests/support/kilobot/fake_monitor.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
@@ -73,6 +75,19 @@ std::unique_ptr<Arena> kilobot_testbed() {
                                      std::make_unique<FakeStream>(std::make_shared<FakeCable>()));
 }
 
+// Robots whose nodes and markers are a test's.
+std::unique_ptr<Arena> aseba_robots() {
+  const auto settings =
+      aseba::read_aseba_settings(arena_section("[arena.aseba]\nconnect = \"tcp:127.0.0.1:1\"\n"), "lab");
+  auto line = std::make_shared<ScriptedLine>(machine_time());
+  auto sight = std::make_shared<ScriptedSight>();
+  for (const RobotId robot : sight->robots = settings.info.robots)
+    line->nodes.push_back({.number = static_cast<std::uint16_t>(robot)});
+  std::vector<aseba::Connection> connections;
+  connections.push_back({"the line", {}, std::make_unique<ScriptedStream>(line)});
+  return aseba::make_aseba_arena(settings, std::move(connections), std::make_unique<ScriptedEyes>(sight));
+}
+
 // A small testbed on an emulated testbed: its file and its cameras' calibration.
 std::string observed_testbed() {
   static const TemporaryDirectory directory;
@@ -112,6 +127,7 @@ const std::vector<tests::ArenaRow>& rows() {
       {"emulated kilobot", [] { return emulator::make_emulated_arena(arena_section(kilobots), "lab", 1, {}); }, false,
        true, [](Arena& arena) { return emulator::emulator_of(arena).now(); }},
       {"kilobot", kilobot_testbed, false, false},
+      {"aseba", aseba_robots, false, false},
       {"rover",
        [] { return examples::rover::rover_arena_row().make(arena_section("rover.damage = 0.001"), {.lab = "lab"}); },
        false, false},

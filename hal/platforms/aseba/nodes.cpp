@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "hal/arenas/robot_words.hpp"
 
@@ -261,6 +262,16 @@ std::string Nodes::missing() const {
   return fmt::format("{}", fmt::join(out, "; "));
 }
 
+std::vector<std::string> Nodes::described() const {
+  std::vector<std::string> out;
+  for (const auto& [robot, node] : nodes_)
+    if (node.ready)
+      out.push_back(fmt::format("robot {}: node {} of {}, {} with {} variables", robot, node.number,
+                                lines_[node.line].connection.name, node.description.name(),
+                                node.description.all().size()));
+  return out;
+}
+
 bool Nodes::tell(RobotId robot, std::uint16_t type, std::vector<int> words) {
   if (!is_here(robot)) return false;
   const Node& node = nodes_.at(robot);
@@ -268,11 +279,13 @@ bool Nodes::tell(RobotId robot, std::uint16_t type, std::vector<int> words) {
   return put(lines_[node.line], make_message(type, words));
 }
 
-bool Nodes::set_wheels(RobotId robot, int left, int right) {
+bool Nodes::set_wheels(RobotId robot, const SetPoint& speed) {
   if (!is_here(robot)) return false;
   const Description& about = nodes_.at(robot).description;
-  return tell(robot, set_variables, {about.find(make_.wheels[0])->start, left}) &&
-         tell(robot, set_variables, {about.find(make_.wheels[1])->start, right});
+  const auto set = [&](const std::string& wheel, int mm_s) {
+    return tell(robot, set_variables, {about.find(wheel)->start, static_cast<int>(std::lround(mm_s * make_.per_mm_s))});
+  };
+  return set(make_.wheels[0], speed.left_mm_s) && set(make_.wheels[1], speed.right_mm_s);
 }
 
 void Nodes::tell_all(std::uint16_t event, std::initializer_list<int> words) {

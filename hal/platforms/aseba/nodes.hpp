@@ -16,6 +16,7 @@
 #include "hal/counters.hpp"
 #include "hal/platforms/aseba/protocol.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
+#include "hal/robot/set_point.hpp"
 #include "hal/time/wall_time.hpp"
 #include "hal/types.hpp"
 
@@ -30,10 +31,11 @@ struct Connection {
   std::unique_ptr<ByteStream> stream;
 };
 
-// What a make of robots calls the set points of its wheels, in its own units.
+// What a make of robots calls the set points of its wheels, and its unit of them.
 struct Make {
   std::string name;
   std::array<std::string, 2> wheels;  // left, right
+  double per_mm_s = 1;
 };
 
 class Nodes {
@@ -53,11 +55,13 @@ class Nodes {
   bool is_twice(RobotId robot) const;
   // Why robots cannot be used, a clause for each reason; empty: all can.
   std::string missing() const;
+  // A line for each robot that can be used.
+  std::vector<std::string> described() const;
 
   // These are false when the node is not there, or its line takes no more. The message's first word is the node's
   // number.
   bool tell(RobotId robot, std::uint16_t type, std::vector<int> words);
-  bool set_wheels(RobotId robot, int left, int right);
+  bool set_wheels(RobotId robot, const SetPoint& speed);
   // An event on each line that is open.
   void tell_all(std::uint16_t event, std::initializer_list<int> words);
 

@@ -67,8 +67,8 @@ struct ScriptedLine {
     if (message.is_event()) return node.events.push_back(message);
     if (words.empty() || words[0] != node.number) return;
     if (message.type == get_description && node.describes) describe(node);
-    if (message.type == pause) node.paused = true;
-    if (message.type == run || message.type == reset) node.paused = false;
+    if (message.type == Type::pause) node.paused = true;
+    if (message.type == Type::run || message.type == Type::reset) node.paused = false;
     if (message.type == set_variables)
       for (std::size_t i = 2; i < words.size(); ++i) node.memory[words[1] + static_cast<int>(i) - 2] = words[i];
     if (!node.obeys && !node.paused) node.at("motor.left.target") = 100;
@@ -113,10 +113,14 @@ class ScriptedStream final : public hal::kilobot::ByteStream {
       line_->to_lab.clear();
       line_->reader = {};
     }
-    while (open_ && !line_->to_lab.empty() && line_->to_lab.front().first <= line_->wall.now() &&
-           heard_.size() < 4096) {
-      heard_.insert(heard_.end(), line_->to_lab.front().second.begin(), line_->to_lab.front().second.end());
-      line_->to_lab.pop_front();
+    // what is late keeps nobody else's
+    for (auto next = line_->to_lab.begin(); open_ && next != line_->to_lab.end() && heard_.size() < 4096;) {
+      if (next->first > line_->wall.now()) {
+        ++next;
+        continue;
+      }
+      heard_.insert(heard_.end(), next->second.begin(), next->second.end());
+      next = line_->to_lab.erase(next);
     }
     return open_ ? State::open : State::closed;
   }

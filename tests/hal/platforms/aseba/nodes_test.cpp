@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-const Make thymio{"thymio", {"motor.left.target", "motor.right.target"}};
+const Make thymio{"thymio", {"motor.left.target", "motor.right.target"}, 2.5};
 
 struct NodesBench {
   PassingTime wall;
@@ -49,8 +49,8 @@ TEST_CASE("aseba nodes: found by their numbers, or by their line") {
   for (const hal::RobotId robot : {2, 3, 7}) CHECK(bench.nodes->is_here(robot));
   CHECK(bench.counters["nodes.found"] == 3);
   CHECK(bench.counters["nodes.refused.unknown"] == 1);
-  CHECK(bench.nodes->set_wheels(7, 100, -50));
-  CHECK_FALSE(bench.nodes->set_wheels(9, 1, 1));
+  CHECK(bench.nodes->set_wheels(7, {40, -20}));
+  CHECK_FALSE(bench.nodes->set_wheels(9, {1, 1}));
   bench.nodes->tell_all(0, {1});
   bench.pass(100ms);
   CHECK(bench.lines[0]->node(1).at("motor.left.target") == 100);
@@ -135,7 +135,7 @@ TEST_CASE("aseba nodes: another make, or none that describes itself") {
         "node 1 of line 1 (e-puck0) has no motor.left.target, so it is no thymio; node 2 of line 1 does not describe "
         "itself");
   CHECK(bench.counters["nodes.refused.variables"] == 1);
-  CHECK_FALSE(bench.nodes->set_wheels(1, 1, 1));
+  CHECK_FALSE(bench.nodes->set_wheels(1, {1, 1}));
 }
 
 TEST_CASE("aseba nodes: a damaged line") {

@@ -1,0 +1,175 @@
+#include "hal/platforms/aseba/aseba_link.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "hal/arenas/silent_link.hpp"
+
+namespace arkmesh::hal::aseba {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::chrono::milliseconds beat_each = 500ms, wheels_each = 100ms, wheels_each_later = 500ms,
+                                    expire_after = 5s;
+constexpr std::size_t most_heard = 10'000;
+
+}  // namespace
+
+void AsebaLink::offer(std::span<const ToRobot> newest) {
+  for (const ToRobot& message : newest) {
+    ++airtime_.offered;
+    if (const char* reason = refusal(info_, message)) {
+      ++airtime_.refused;
+      counters_.add(reason);
+      continue;
+    }
+    const Register place{message.robot, message.slot};
+    const auto [at, fresh] = words_.insert_or_assign(place, Waiting{message, now_});
+    if (fresh)
+      order_.push_back(place);
+    else
+      ++airtime_.replaced;
+  }
+}
+
+Airtime AsebaLink::airtime() const {
+  Airtime out = airtime_;
+  out.waiting = words_.size();
+  return out;
+}
+
+void AsebaLink::command(const FleetCommand& command) {
+  if (const char* reason = refusal(info_, command)) return counters_.add(reason);
+  counters_.add("fleet_command.sent");
+  reset_ = reset_ || command.kind == FleetCommand::Kind::reset;
+  wanted_ = command.kind == FleetCommand::Kind::run ? command.kind : FleetCommand::Kind::pause;
+}
+
+NotHeard AsebaLink::not_heard() {
+  return {.openings = nodes_.openings(),
+          .broadcasts = {},
+          .words = std::exchange(given_up_, {}),
+          .restarted = nodes_.take_restarted()};
+}
+
+void AsebaLink::poll(TimePoint now) {
+  now_ = now;
+  nodes_.poll(now);
+  take_events();
+  tell_state(now);
+  if (released_) send_words(now);
+}
+
+void AsebaLink::finish() {
+  airtime_.not_sent += words_.size();
+  words_.clear();
+  order_.clear();
+  wanted_ = FleetCommand::Kind::pause;
+}
+
+// In turn; who is not there is passed over, and what has waited for it too long is given up.
+void AsebaLink::send_words(TimePoint now) {
+  next_word_ = std::max(next_word_, now - 50ms);
+  for (std::size_t left = order_.size(); left > 0 && next_word_ <= now; --left) {
+    const Register place = order_.front();
+    order_.pop_front();
+    const Waiting& word = words_.at(place);
+    const auto speed = set_point_in(info_, word.message);
+    const bool sent =
+        speed ? should_stand() || nodes_.set_wheels(place.first, *speed)
+              : nodes_.tell(place.first, event_word, {word.message.kind, static_cast<int>(word.message.value)});
+    if (sent) {
+      ++airtime_.sent;
+      next_word_ += word_each_;
+    } else if (now - word.since < expire_after) {
+      order_.push_back(place);
+      continue;
+    } else {
+      ++airtime_.not_sent;
+      counters_.add("to_robots.expired");
+      given_up_.insert(place.first);
+    }
+    words_.erase(place);
+  }
+}
+
+void AsebaLink::take_events() {
+  for (const auto& [robot, message] : nodes_.take_events()) {
+    const std::vector<int> words = words_of(message);
+    if (message.type == event_says && words.size() == 2 && words[0] >= 0 && words[0] < 256) {
+      if (heard_.size() < most_heard)
+        heard_.push_back({robot, static_cast<std::uint8_t>(words[0]), words[1]});
+      else
+        counters_.add("from_robots.dropped.too_many");
+    } else if (message.type >= event_says) {
+      counters_.add("from_robots.ignored.event");
+    }
+  }
+}
+
+void AsebaLink::tell_state(TimePoint now) {
+  const bool stand = should_stand();
+  if (std::exchange(reset_, false) && released_)
+    for (const RobotId robot : info_.robots) {
+      nodes_.tell(robot, Type::reset, {});
+      nodes_.tell(robot, Type::run, {});
+      said_stand_.reset();
+    }
+  if (said_stand_ != stand || now >= beat_at_) {
+    beat_at_ = now + beat_each;
+    nodes_.tell_all(event_run, {stand ? 0 : 1});
+  }
+  if (said_stand_ != stand) {
+    said_stand_ = stand;
+    told_since_ = stand ? std::optional(now) : std::nullopt;
+    for (const auto& [robot, told] : std::exchange(told_, {}))
+      if (!stand && told.forced) nodes_.tell(robot, Type::run, {});
+  }
+  if (stand)
+    for (const RobotId robot : info_.robots) see_to(robot, now);
+}
+
+// Tells a robot to stand until its wheels do, and halts a program that sets them again.
+void AsebaLink::see_to(RobotId robot, TimePoint now) {
+  if (!nodes_.is_here(robot)) {
+    told_.erase(robot);
+    return;
+  }
+  const auto [at, fresh] = told_.try_emplace(robot, Told{now, now, now});
+  Told& told = at->second;
+  const auto wheels = nodes_.wheels(robot);
+  const bool drives = wheels && wheels->asked_at >= told.at && !wheels->stand;
+  if (fresh || drives) {
+    nodes_.set_wheels(robot, {});
+    told.at = now;
+  }
+  if (drives && !told.forced && now - told.first >= forced_after) {
+    told.forced = nodes_.tell(robot, Type::pause, {}) && nodes_.set_wheels(robot, {});
+    counters_.add("robots.program_halted");
+    spdlog::warn("the program of robot {} drives although told to stand; it is halted until robots run again", robot);
+  }
+  const bool stands = wheels && wheels->asked_at >= told.at && wheels->stand;
+  if (!fresh && now - told.asked < (stands ? wheels_each_later : wheels_each)) return;
+  told.asked = now;
+  nodes_.ask_wheels(robot, now);
+}
+
+std::vector<NotStanding> AsebaLink::not_standing() const {
+  std::vector<NotStanding> out;
+  if (!should_stand()) return out;
+  for (const RobotId robot : info_.robots) {
+    const auto told = told_.find(robot);
+    const auto wheels = nodes_.wheels(robot);
+    if (told == told_.end() || !nodes_.is_here(robot))
+      out.push_back({robot, NotStanding::Why::not_told});
+    else if (nodes_.is_twice(robot) || !wheels || wheels->asked_at < told->second.at)
+      out.push_back({robot, NotStanding::Why::not_yet});
+    else if (!wheels->stand)
+      out.push_back({robot, NotStanding::Why::moving});
+  }
+  return out;
+}
+
+}  // namespace arkmesh::hal::aseba
