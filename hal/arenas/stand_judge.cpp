@@ -19,9 +19,8 @@ constexpr double least_part = 0.2;
 // less than another, moves.
 constexpr double known_heading_rad = 3 * std::numbers::pi / 180, still_within_rad = 20 * std::numbers::pi / 180;
 constexpr double least_step = 0.5;
-// Nobody walks so far in so short a time; Kilobots walk at 20 mm/s at most.
+// Who comes four times as far as a robot can in so short a time, 2 s of its speed, was carried.
 constexpr std::chrono::milliseconds carry_time = 500ms;
-constexpr double carried_m = 0.04;
 
 struct Spot {
   double x_m, y_m;
@@ -64,7 +63,7 @@ void StandJudge::look(const PoseFrame& frame, TimePoint now) {
     newest_[robot.robot] = place.at;
     if (!places.empty() && now - places.back().at > gap) places.clear();
     const auto before = std::ranges::find_if(places, [&](const Place& p) { return now - p.at <= carry_time; });
-    if (before != places.end() && distance_m({before->x_m, before->y_m}, {place.x_m, place.y_m}) > carried_m) {
+    if (before != places.end() && distance_m({before->x_m, before->y_m}, {place.x_m, place.y_m}) > 2.0 * fastest_m_s_) {
       places.clear();
       carried_.push_back(robot.robot);
     }

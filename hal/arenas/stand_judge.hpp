@@ -16,12 +16,13 @@ namespace arkmesh::hal {
 
 class StandJudge {
  public:
-  // How long a robot is looked at, and how far it may seem to come meanwhile. Cameras measure to 1 mm, Kilobots walk at
-  // 3 to 20 mm/s. Turning counts where the heading is known.
+  // How long a robot is looked at, and how far it may seem to come meanwhile. Cameras measure to 1 mm, and no
+  // robot is slower than 3 mm/s. Turning counts where the heading is known.
   static constexpr std::chrono::milliseconds looks_for{2'000};
   static constexpr double still_within_m = 0.005;
 
-  explicit StandJudge(std::vector<RobotId> robots) : robots_(std::move(robots)) {}
+  // `fastest_m_s`: nobody moves faster by itself.
+  StandJudge(std::vector<RobotId> robots, double fastest_m_s) : robots_(std::move(robots)), fastest_m_s_(fastest_m_s) {}
 
   // Robots were told to stand, or to run: what was seen before does not count.
   void begin();
@@ -54,6 +55,7 @@ class StandJudge {
   std::optional<NotStanding::Why> judge(const Places& places, TimePoint now) const;
 
   const std::vector<RobotId> robots_;
+  const double fastest_m_s_;
   std::map<RobotId, Places> seen_;
   std::map<RobotId, TimePoint> newest_;  // when it was seen last, also before begin()
   std::map<RobotId, Rest> rests_;        // since begin()

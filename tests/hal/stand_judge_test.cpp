@@ -17,7 +17,7 @@ namespace {
 
 // Ten robots at ten pictures a second, measured to half a millimetre.
 struct Watch {
-  StandJudge judge{{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
+  StandJudge judge{{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0.02};
   RandomStream noise{1, "noise"};
   TimePoint now{};
   std::function<bool(Observation&, double)> change = [](Observation&, double) { return true; };  // false: not in it

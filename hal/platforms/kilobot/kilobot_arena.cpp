@@ -50,7 +50,7 @@ class KilobotArena final : public Arena {
         pacer_(info_.frame_period, own_counters_, wall),
         port_(std::move(stream), own_counters_),
         controller_(info_, port_, settings, own_counters_),
-        judge_(info_.robots),
+        judge_(info_.robots, info_.drive.speed_m_s),
         guard_(std::move(guard)) {
     controller_.hold(true);
     controller_.command({.kind = FleetCommand::Kind::pause});
