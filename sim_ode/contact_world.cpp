@@ -7,13 +7,11 @@
 #include <numbers>
 
 #include "hal/fixed_math.hpp"
-#include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/host/turns/reception.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-using hal::kilobot::body_radius_m;
 constexpr double tick_s = tick_us * 1e-6;
 // How near two robots may come to each other in one step. Beyond the larger one a tick is divided into steps: contacts
 // hold along their direction at a step's start, which so many millimetres turn by a few degrees at most.
@@ -34,8 +32,9 @@ ContactWorld::ContactWorld(double width_m, double height_m, const ContactSetting
                            const std::vector<hal::Pose>& start, const hal::Solids& solids)
     : width_m_(width_m),
       height_m_(height_m),
-      grid_(width_m, height_m, 2 * body_radius_m + skin_m, static_cast<int>(start.size())),
-      solids_(width_m, height_m, solids),
+      body_radius_m_(contacts.body_radius_m),
+      grid_(width_m, height_m, 2 * body_radius_m_ + skin_m, static_cast<int>(start.size())),
+      solids_(width_m, height_m, solids, body_radius_m_),
       solver_(contacts, seed, solids_.objects()),
       reach_m_(least_reach_m) {
   const std::size_t n = start.size();
@@ -147,12 +146,12 @@ void ContactWorld::find_pairs() {
   grid_.build(now_.x, now_.y);
   pairs_.clear();
   walls_.clear();
-  grid_.visit_pairs(2 * body_radius_m + skin_m, [this](int a, int b) { pairs_.push_back({a, b, 0, 0}); });
+  grid_.visit_pairs(2 * body_radius_m_ + skin_m, [this](int a, int b) { pairs_.push_back({a, b, 0, 0}); });
   for (int i = 0; i < robots(); ++i) {
     const double x = now_.x[index(i)], y = now_.y[index(i)];
     if (!in_arena_[index(i)]) continue;
-    if (width_m_ / 2 - body_radius_m - std::abs(x) < skin_m) walls_.push_back({i, x < 0 ? -1 : -2, 0, 0});
-    if (height_m_ / 2 - body_radius_m - std::abs(y) < skin_m) walls_.push_back({i, y < 0 ? -3 : -4, 0, 0});
+    if (width_m_ / 2 - body_radius_m_ - std::abs(x) < skin_m) walls_.push_back({i, x < 0 ? -1 : -2, 0, 0});
+    if (height_m_ / 2 - body_radius_m_ - std::abs(y) < skin_m) walls_.push_back({i, y < 0 ? -3 : -4, 0, 0});
   }
   if (!solids_.empty()) solids_.list_near(grid_, now_.x, now_.y, skin_m);
   slack_m_ = skin_m - largest_reach_m - 4 * NeighbourGrid::rounded_m;
@@ -191,20 +190,20 @@ int ContactWorld::body(int robot) {
   if (body < 0) {
     const auto [dx, dy] = motion(robot);
     body = solver_.add_body(robot, before_.x[index(robot)], before_.y[index(robot)], dx, dy,
-                            body_radius_m * turn_[index(robot)]);
+                            body_radius_m_ * turn_[index(robot)]);
   }
   return body;
 }
 
 void ContactWorld::find_contacts() {
   solver_.clear();
-  const double near_m = 2 * body_radius_m + reach_m_;
+  const double near_m = 2 * body_radius_m_ + reach_m_;
   const double *const px = before_.x.data(), *const py = before_.y.data();
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     Pair& pair = pairs_[k];
     const double x = px[pair.b] - px[pair.a], y = py[pair.b] - py[pair.a], d2 = x * x + y * y;
     if (d2 >= near_m * near_m) continue;
-    const double d = std::max(std::sqrt(d2), 1e-9), nx = x / d, ny = y / d, gap = d - 2 * body_radius_m;
+    const double d = std::max(std::sqrt(d2), 1e-9), nx = x / d, ny = y / d, gap = d - 2 * body_radius_m_;
     const int a = body(pair.a), b = body(pair.b);
     const auto &one = solver_.bodies()[index(a)], &other = solver_.bodies()[index(b)];
     const bool closes = (one.dx - other.dx) * nx + (one.dy - other.dy) * ny > gap;
@@ -212,7 +211,7 @@ void ContactWorld::find_contacts() {
     pair.push_m = pair.rub_m = 0;
   }
 
-  const double free_x = width_m_ / 2 - body_radius_m, free_y = height_m_ / 2 - body_radius_m;
+  const double free_x = width_m_ / 2 - body_radius_m_, free_y = height_m_ / 2 - body_radius_m_;
   for (std::size_t k = 0; k < walls_.size(); ++k) {
     Pair& wall = walls_[k];
     const double nx = wall.b == -1 ? -1 : wall.b == -2 ? 1 : 0, ny = wall.b == -3 ? -1 : wall.b == -4 ? 1 : 0;
@@ -240,7 +239,7 @@ void ContactWorld::correct_touched() {
     ++totals_.touching;
     now_.x[i] = before_.x[i] + body.dx;
     now_.y[i] = before_.y[i] + body.dy;
-    const double turned = body.roll / body_radius_m;
+    const double turned = body.roll / body_radius_m_;
     now_.heading[i] = before_.heading[i] + turned;
     // a third of a radian at most: the next terms are below 1e-9
     const double t2 = turned * turned, c = 1 - t2 / 2 * (1 - t2 / 12 * (1 - t2 / 30)),
@@ -258,11 +257,11 @@ void ContactWorld::correct_touched() {
     const std::size_t a = index(bodies[index(contact.a)].robot);
     double deep;
     if (contact.fixed()) {
-      deep = contact.normal_x != 0 ? std::abs(now_.x[a]) + body_radius_m - width_m_ / 2
-                                   : std::abs(now_.y[a]) + body_radius_m - height_m_ / 2;
+      deep = contact.normal_x != 0 ? std::abs(now_.x[a]) + body_radius_m_ - width_m_ / 2
+                                   : std::abs(now_.y[a]) + body_radius_m_ - height_m_ / 2;
     } else {
       const std::size_t b = index(bodies[index(contact.b)].robot);
-      const double x = now_.x[b] - now_.x[a], y = now_.y[b] - now_.y[a], touching_m = 2 * body_radius_m;
+      const double x = now_.x[b] - now_.x[a], y = now_.y[b] - now_.y[a], touching_m = 2 * body_radius_m_;
       deep = touching_m - std::sqrt(x * x + y * y);
     }
     totals_.deepest_m = std::max(totals_.deepest_m, deep);

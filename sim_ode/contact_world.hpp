@@ -75,7 +75,7 @@ class ContactWorld {
   std::pair<double, double> motion(int robot) const;
   void correct_touched();
 
-  double width_m_, height_m_;
+  double width_m_, height_m_, body_radius_m_;
   NeighbourGrid grid_;
   SolidBodies solids_;
   ContactSolver solver_;

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "hal/platforms/kilobot/body.hpp"
+
 namespace arkmesh::sim_ode {
 
 enum class Solver : std::uint8_t {
@@ -19,6 +21,7 @@ struct ContactSettings {
   // legs hold on to the table, about a quarter of its weight of 16 g. An assumption: no source gives it.
   double push_n = 0.04;
   double speed_m_s = 0.01;
+  double body_radius_m = hal::kilobot::body_radius_m;  // of robots
 };
 
 // What one body wants to do in this step and, after the contacts were solved, does. Arena frame, metres.

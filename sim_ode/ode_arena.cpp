@@ -21,6 +21,7 @@
 #include "hal/platforms/kilobot/body.hpp"
 #include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/message_registers.hpp"
+#include "hal/robot/thymio.hpp"
 #include "hal/time/pacer.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/battery.hpp"
@@ -39,6 +40,21 @@
 
 namespace arkmesh::sim_ode {
 namespace {
+
+// What robots are, and how words lie in what their programs hear.
+hal::RobotKind robots_of(Robot robot, const hal::kilobot::WordLayout& layout) {
+  const hal::RobotKind by_layout = hal::kilobot::kind_of(layout, hal::WholeMessages::to_each);
+  if (robot == Robot::kilobot) return by_layout;
+  hal::RobotKind out = hal::thymio();
+  out.max_robot = by_layout.max_robot;
+  out.kinds = by_layout.kinds;
+  out.values = std::min(out.values, by_layout.values);
+  out.id_bits = by_layout.id_bits;
+  out.kind_bits = by_layout.kind_bits;
+  out.message_type = by_layout.message_type;
+  out.lights = by_layout.lights;  // as its programs mix them
+  return out;
+}
 
 class OdeArena final : public SimulatedArena {
  public:
@@ -106,7 +122,7 @@ class OdeArena final : public SimulatedArena {
   hal::TimePoint next_service() const override { return pacer_ ? pacer_->next() : hal::TimePoint::max(); }
   std::string waiting_for() const override { return {}; }
   bool end() override {
-    host_.visit([](const RobotHost& host) { host.tell_at_end(); });
+    if (!info_.can_be_driven()) host_.visit([](const RobotHost& host) { host.tell_at_end(); });
     return true;
   }
   std::vector<hal::NotStanding> not_standing() const override { return {}; }
@@ -141,7 +157,7 @@ class OdeArena final : public SimulatedArena {
     for (int i = 0; i < world_.robots(); ++i)
       if (i != robot && world_.in_arena(i)) {
         const hal::Pose other = world_.pose(i, 1);
-        if (hal::fixed::hypot(other.x_m - pose.x_m, other.y_m - pose.y_m) < 2 * hal::kilobot::body_radius_m)
+        if (hal::fixed::hypot(other.x_m - pose.x_m, other.y_m - pose.y_m) < 2 * info_.body_radius_m)
           return fmt::format("there is no room for robot {} at {:.3f}, {:.3f}: robot {} stands there", robot, pose.x_m,
                              pose.y_m, i);
       }
@@ -189,7 +205,7 @@ class OdeArena final : public SimulatedArena {
   static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const Settings& settings,
                                   const hal::kilobot::WordLayout& layout, const hal::Solids& solids,
                                   const std::string& lab) {
-    hal::ArenaInfo info{hal::kilobot::kind_of(layout, hal::WholeMessages::to_each)};
+    hal::ArenaInfo info{robots_of(settings.robot, layout)};
     info.name = lab;
     info.platform = settings.infrared == InfraredRules::argos ? "ode (infrared: argos)" : "ode";
     info.width_m = config.width_m;
@@ -278,7 +294,10 @@ class OdeArena final : public SimulatedArena {
 
   void send_composite() {
     ++composites_;
-    if (!overhead_.is_outside()) overhead_.send_composite(clock_.now(), ticks_ * tick_us, registers_, inbox_.overhead);
+    if (overhead_.is_outside()) return;
+    for (const auto& [robot, wheels] :
+         overhead_.send_composite(clock_.now(), ticks_ * tick_us, registers_, inbox_.overhead))
+      motors_.drive(static_cast<int>(std::ranges::lower_bound(info_.robots, robot) - info_.robots.begin()), wheels);
   }
 
   void make_frame() {
@@ -420,15 +439,20 @@ std::vector<hal::Pose> start_of(const hal::ArenaConfig& config, const std::vecto
 std::unique_ptr<OdeArena> make(
     const hal::Section& arena, const std::string& lab, std::uint64_t seed, const SimulatedArenaOptions& given,
     const std::filesystem::path& program = {}, const std::function<void()>& all_read = [] {}) {
-  const hal::ArenaConfig config = hal::read_arena_config(arena, hal::kilobot::body_radius_m);
   const hal::kilobot::WordLayout layout = hal::kilobot::read_layout(arena);
+  const double body_radius_m = robots_of(arena.section("ode").read<RobotKey>().robot, layout).body_radius_m;
+  const hal::ArenaConfig config = hal::read_arena_config(arena, body_radius_m);
   const hal::Solids solids = hal::read_solids(arena);
-  const SolidBodies furniture(config.width_m, config.height_m, solids);
+  const SolidBodies furniture(config.width_m, config.height_m, solids, body_radius_m);
   if (const std::string wrong = furniture.misplaced(); !wrong.empty()) arena.refuse("objects", wrong);
   Settings settings = read_settings(arena, program);
   const hal::Section ode = arena.section("ode");
   if (given.overhead && settings.infrared == InfraredRules::argos)
     ode.refuse("infrared", "must be \"robot\" for emulated robots, whose controller sends light; remove it");
+  if (!program.empty() && settings.robot != Robot::kilobot)
+    ode.refuse("robot", "must be \"kilobot\" here: this procedure sets up Kilobots");
+  if (given.overhead && settings.robot != Robot::kilobot)
+    ode.refuse("robot", "must be \"kilobot\" for emulated robots, which cameras see by their LED; remove it");
   SimulatedArenaOptions options = given;
   std::vector<GroupSettings> groups = groups_of(ode, settings, config.robots);
   number_robots(ode, settings, groups, options);

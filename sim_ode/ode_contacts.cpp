@@ -4,13 +4,11 @@
 #include <cmath>
 
 #include "hal/fixed_math.hpp"
-#include "hal/platforms/kilobot/body.hpp"
 #include "hal/random.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr double robot_radius_m = hal::kilobot::body_radius_m;
 // An object this slow at a step's end stands.
 constexpr double at_rest_m_s = 1e-6, at_rest_rad_s = 1e-5;
 
@@ -22,7 +20,10 @@ struct OdeLibrary {
 }  // namespace
 
 OdeContacts::OdeContacts(const ContactSettings& settings, std::uint64_t seed, std::span<const ObjectBody> objects)
-    : friction_(settings.friction), robot_kg_s_(settings.push_n / std::max(settings.speed_m_s, 1e-6)), seed_(seed) {
+    : friction_(settings.friction),
+      robot_radius_m_(settings.body_radius_m),
+      robot_kg_s_(settings.push_n / std::max(settings.speed_m_s, 1e-6)),
+      seed_(seed) {
   static const OdeLibrary library;
   world_ = dWorldCreate();
   contacts_ = dJointGroupCreate(0);
@@ -75,7 +76,7 @@ dBodyID OdeContacts::pooled(std::size_t i) {
   while (pool_.size() <= i) {
     pool_.push_back(dBodyCreate(world_));
     dBodySetGyroscopicMode(pool_.back(), 0);
-    set_mass(pool_.back(), pool_kg_, pool_kg_ * robot_radius_m * robot_radius_m / 2);
+    set_mass(pool_.back(), pool_kg_, pool_kg_ * robot_radius_m_ * robot_radius_m_ / 2);
   }
   return pool_[i];
 }
@@ -88,7 +89,7 @@ void OdeContacts::lend(int ours, const ContactBody& body, const ContactPoint& pl
   dBodyEnable(lent);
   dBodySetPosition(lent, place.x, place.y, 0);
   dBodySetLinearVel(lent, body.dx / step_s, body.dy / step_s, 0);
-  dBodySetAngularVel(lent, 0, 0, body.roll / (robot_radius_m * step_s));
+  dBodySetAngularVel(lent, 0, 0, body.roll / (robot_radius_m_ * step_s));
   if (body.robot >= 0) return;
   Object& object = objects_[index(-2 - body.robot)];
   object.push_x = body.dx;
@@ -129,7 +130,7 @@ void OdeContacts::solve(std::span<Contact> contacts, std::span<const int> slidin
   const double robot_kg = objects_.empty() ? 1 : robot_kg_s_ * step_s;
   if (robot_kg != pool_kg_) {
     pool_kg_ = robot_kg;
-    for (const dBodyID body : pool_) set_mass(body, robot_kg, robot_kg * robot_radius_m * robot_radius_m / 2);
+    for (const dBodyID body : pool_) set_mass(body, robot_kg, robot_kg * robot_radius_m_ * robot_radius_m_ / 2);
   }
   const std::size_t lent_before = robots_lent_;
   robots_lent_ = 0;
@@ -145,7 +146,7 @@ void OdeContacts::solve(std::span<Contact> contacts, std::span<const int> slidin
     const ContactPoint& a = places[index(contact.a)];
     attach(contact,
            bodies[index(contact.a)].robot >= 0
-               ? ContactPoint{a.x + robot_radius_m * contact.normal_x, a.y + robot_radius_m * contact.normal_y}
+               ? ContactPoint{a.x + robot_radius_m_ * contact.normal_x, a.y + robot_radius_m_ * contact.normal_y}
                : points[index(contact.source)],
            bodies, step_s);
   }
@@ -165,7 +166,7 @@ void OdeContacts::solve(std::span<Contact> contacts, std::span<const int> slidin
         body.robot < 0 && std::abs(velocity[0]) + std::abs(velocity[1]) < at_rest_m_s && std::abs(turn) < at_rest_rad_s;
     body.dx = rests ? 0 : velocity[0] * step_s;
     body.dy = rests ? 0 : velocity[1] * step_s;
-    body.roll = rests ? 0 : turn * robot_radius_m * step_s;
+    body.roll = rests ? 0 : turn * robot_radius_m_ * step_s;
     if (body.robot < 0) dBodyDisable(loan.body);
   }
 }

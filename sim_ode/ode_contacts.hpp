@@ -53,7 +53,7 @@ class OdeContacts {
   static void turn_friction(const Object& object);
   void attach(const Contact& contact, const ContactPoint& point, std::span<const ContactBody> bodies, double step_s);
 
-  double friction_, robot_kg_s_;  // the mass of a robot for a step of 1 s
+  double friction_, robot_radius_m_, robot_kg_s_;  // the last: the mass of a robot for a step of 1 s
   std::uint64_t seed_;
   dWorldID world_;
   dJointGroupID contacts_;

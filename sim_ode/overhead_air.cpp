@@ -20,10 +20,11 @@ OverheadAir::OverheadAir(const Settings& settings, const hal::ArenaInfo& info, c
       counters_(counters),
       loss_chance_(seed, lab + "/ode/overhead_loss") {}
 
-void OverheadAir::send_composite(hal::LabTime now, std::int64_t tick_began_us,
-                                 hal::kilobot::MessageRegisters& registers, std::vector<Inbox::Overhead>& inbox) {
-  const auto outgoing = registers.next();
-  if (!outgoing) return;
+hal::kilobot::MessageRegisters::SetPoints OverheadAir::send_composite(hal::LabTime now, std::int64_t tick_began_us,
+                                                                      hal::kilobot::MessageRegisters& registers,
+                                                                      std::vector<Inbox::Overhead>& inbox) {
+  auto outgoing = registers.next();
+  if (!outgoing) return {};
   infrared_.overhead_sends(now.count());
   Inbox::Overhead heard;
   heard.at_us = static_cast<std::uint32_t>(now.count() - tick_began_us);
@@ -38,6 +39,7 @@ void OverheadAir::send_composite(hal::LabTime now, std::int64_t tick_began_us,
     hide_from_others(heard, receivers);
   }
   if (outgoing->is_command || !infrared_.repeats(heard)) inbox.push_back(std::move(heard));
+  return std::move(outgoing->set_points);
 }
 
 // A controller cannot do that; other simulators can, and programs were written for them.

@@ -30,8 +30,10 @@ class OverheadAir {
 
   bool is_outside() const { return source_ != nullptr; }
   // What is due `now`, to be heard in the tick that began at `tick_began_us`.
-  void send_composite(hal::LabTime now, std::int64_t tick_began_us, hal::kilobot::MessageRegisters& registers,
-                      std::vector<Inbox::Overhead>& inbox);
+  // Returns what goes out beside it to wheels.
+  hal::kilobot::MessageRegisters::SetPoints send_composite(hal::LabTime now, std::int64_t tick_began_us,
+                                                           hal::kilobot::MessageRegisters& registers,
+                                                           std::vector<Inbox::Overhead>& inbox);
   // What a controller outside has sent in the tick that ends `now`: every copy by itself, nothing assumed of
   // repetition.
   void hear(hal::LabTime now, std::vector<Inbox::Overhead>& inbox);

@@ -1,13 +1,39 @@
 // What [arena.ode] preset = "measured" and "measured_0" set in place of the members' initializers, which are "ideal". A
 // key that a file states wins over all. docs/model-truth.md says how well each of these is known; "held to data":
 // compared by calibration/fit with data of robots, and set so that it agrees.
+#include <cmath>
 #include <numbers>
 
+#include "hal/platforms/kilobot/layout.hpp"
+#include "hal/robot/thymio.hpp"
+#include "sim_ode/host/programs/object_build.hpp"
 #include "sim_ode/settings.hpp"
 
 namespace arkmesh::sim_ode {
 
-Settings settings_of(Preset preset) {
+namespace {
+
+// Two wheels instead of motors that vibrate, words at a Thymio's rate, and no infrared between robots.
+Settings thymios() {
+  const hal::RobotKind kind = hal::thymio();
+  Settings s;
+  s.robot = Robot::thymio;
+  s.drive = kind.drive;
+  s.speed_spread = s.duty_spread = 0;
+  s.dead_duty = 1;
+  s.controller.paths = {kilolib_folder() / "thymio.c"};
+  s.composite = hal::LabTime(std::llround(1e6 * hal::kilobot::groups / kind.words_per_s));
+  s.ir_range_m = 0;
+  s.contacts.body_radius_m = kind.body_radius_m;
+  s.contacts.push_n = 1.3;      // assumption: half of its weight of 270 g, on two wheels
+  s.contacts.speed_m_s = 0.01;  // assumption: its wheels, which are held at their speed, slip by so much then
+  return s;
+}
+
+}  // namespace
+
+Settings settings_of(Preset preset, Robot robot) {
+  if (robot == Robot::thymio) return thymios();
   Settings s;
   s.preset = preset;
   if (preset == Preset::ideal) return s;

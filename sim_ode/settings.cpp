@@ -5,11 +5,34 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <numbers>
 #include <span>
+#include <utility>
 
 namespace arkmesh::sim_ode {
 namespace {
+
+// Keys of vibration motors, infrared between robots, and Kilobots' batteries, where they are not as `own` has them.
+const char* kilobots_only(const Settings& given, const Settings& own) {
+  const std::pair<const char*, bool> keys[] = {
+      {"preset", given.preset != own.preset},
+      {"robots_file", given.robots_file != own.robots_file},
+      {"speed_m_per_s", given.speed_m_s != own.speed_m_s},
+      {"turn_deg_per_s", given.turn_deg_per_s != own.turn_deg_per_s},
+      {"speed_spread", given.speed_spread != own.speed_spread},
+      {"duty_spread", given.duty_spread != own.duty_spread},
+      {"dead_duty", given.dead_duty != own.dead_duty},
+      {"start_duty", given.start_duty != own.start_duty},
+      {"battery_mah", given.battery_mah != own.battery_mah},
+      {"send_spread", given.send_spread != own.send_spread},
+      {"infrared", given.infrared != own.infrared},
+      {"ir_range_m", given.ir_range_m != own.ir_range_m},
+      {"ir_range_spread_m", given.ir_range_spread_m != own.ir_range_spread_m},
+  };
+  const auto wrong = std::ranges::find_if(keys, [](const auto& key) { return key.second; });
+  return wrong == std::end(keys) ? nullptr : wrong->first;
+}
 
 void fields_of_program(const hal::Section& s, ProgramSources& program, int& loops_per_tick,
                        std::vector<std::int64_t>& ids) {
@@ -79,8 +102,15 @@ void PresetKey::fields(const hal::Section& ode) {
              .one_of = {"ideal", "measured", "measured_0"}});
 }
 
+void RobotKey::fields(const hal::Section& ode) {
+  ode.field("robot", robot,
+            {.help = "what robots are: Kilobots, or Thymios, which have wheels and start with a program of their own",
+             .one_of = {"kilobot", "thymio"}});
+}
+
 void Settings::fields(const hal::Section& ode) {
   PresetKey::fields(ode);
+  RobotKey::fields(ode);
   ode.field("controller", controller.paths,
             {.help = "the C file that robots run; a list of files, or a folder of them, for a program of several",
              .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\"",
@@ -133,6 +163,9 @@ void Settings::fields(const hal::Section& ode) {
 void Settings::check(const hal::Section& ode) {
   if (controller.empty() && groups.empty()) ode.refuse("controller", "is missing; name the C file that robots run");
   check_program(ode, controller, ids);
+  if (robot != Robot::kilobot)
+    if (const char* const key = kilobots_only(*this, settings_of(Preset::ideal, robot)))
+      ode.refuse(key, "is of Kilobots, and robot = \"thymio\" has no such thing; remove it");
   if (infrared == InfraredRules::argos) {
     for (const char* key : {"send_spread", "overhead_distance_m", "ir_range_spread_m", "ir_noise_m", "ir_noise_per_m",
                             "ir_flat_m", "ir_reading_spread"})
@@ -149,7 +182,7 @@ void Settings::check(const hal::Section& ode) {
     own.include.insert(own.include.end(), controller.include.begin(), controller.include.end());
     own.define.insert(own.define.begin(), controller.define.begin(), controller.define.end());
   }
-  contacts.speed_m_s = speed_m_s;
+  if (robot == Robot::kilobot) contacts.speed_m_s = speed_m_s;
   turn_rad_s = turn_deg_per_s * std::numbers::pi / 180;
   const std::vector<double>& lamp = lamp_numbers_;
   if (lamp.size() % 2 != 0) ode.refuse("lamp", "must hold two numbers for each lamp: x, y in metres");
@@ -167,7 +200,7 @@ std::vector<RobotProfile> profiles_of(const Settings& settings, const hal::Secti
 
 Settings read_settings(const hal::Section& arena, const std::filesystem::path& program) {
   const hal::Section ode = arena.section("ode");
-  Settings defaults = settings_of(ode.read<PresetKey>().preset);
+  Settings defaults = settings_of(ode.read<PresetKey>().preset, ode.read<RobotKey>().robot);
   if (!program.empty()) defaults.controller = program;
   Settings out = ode.read(std::move(defaults));
   if (!program.empty()) {  // also of include and define, and of all groups

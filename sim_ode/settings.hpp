@@ -32,6 +32,14 @@ struct PresetKey {
   void fields(const hal::Section& ode);
 };
 
+// What robots are.
+enum class Robot : std::uint8_t { kilobot, thymio };
+struct RobotKey {
+  Robot robot = Robot::kilobot;
+
+  void fields(const hal::Section& ode);
+};
+
 // Whose rules robots' messages to each other obey.
 enum class InfraredRules : std::uint8_t { robot, argos };
 
@@ -47,7 +55,7 @@ struct GroupSettings : StartSettings {
   void check(const hal::Section& group);
 };
 
-struct Settings : PresetKey, DriveSettings, BatterySettings, StartSettings {
+struct Settings : PresetKey, RobotKey, DriveSettings, BatterySettings, StartSettings {
   double turn_deg_per_s = 45;
   std::filesystem::path robots_file;  // what single robots are like; empty: as drawn
   ProgramSources controller;          // for kilolib
@@ -81,7 +89,7 @@ struct Settings : PresetKey, DriveSettings, BatterySettings, StartSettings {
 };
 
 // presets.cpp
-Settings settings_of(Preset preset);
+Settings settings_of(Preset preset, Robot robot = Robot::kilobot);
 
 // Robots as drawn and as the file says that they are. Throws ConfigError.
 std::vector<RobotProfile> profiles_of(const Settings& settings, const hal::Section& ode, int robots,

@@ -7,19 +7,17 @@
 #include <numbers>
 
 #include "hal/fixed_math.hpp"
-#include "hal/platforms/kilobot/body.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
 constexpr double gravity_m_s2 = 9.81;
 constexpr double skin_of_dents_m = 1e-5;
-constexpr double robot_radius = hal::kilobot::body_radius_m;
 
 }  // namespace
 
-SolidBodies::SolidBodies(double width_m, double height_m, const hal::Solids& solids)
-    : width_m_(width_m), height_m_(height_m) {
+SolidBodies::SolidBodies(double width_m, double height_m, const hal::Solids& solids, double robot_radius_m)
+    : width_m_(width_m), height_m_(height_m), robot_radius_m_(robot_radius_m) {
   const auto add = [this](const hal::Shape& shape, const hal::Pose& pose, bool moves) -> Thing& {
     hal::Shape about_centre = shape;
     const hal::Point centre = Outline(shape).centre();
@@ -90,7 +88,7 @@ void SolidBodies::list_near(const NeighbourGrid& robots, std::span<const double>
   for (int i = 0; i < static_cast<int>(things_.size()); ++i) {
     const Thing& thing = things_[index(i)];
     const PlacedOutline here = placed(thing);
-    const double far_m = robot_radius + skin_m;
+    const double far_m = robot_radius_m_ + skin_m;
     robots.visit_near(thing.x, thing.y, thing.outline.bound_m() + far_m, [&](const NeighbourGrid::Member& robot) {
       if (here.distance_m(x[index(robot.number)], y[index(robot.number)]) < far_m) near_.push_back({robot.number, i});
     });
@@ -116,7 +114,7 @@ int SolidBodies::body(int thing, ContactSolver& solver, double step_s) {
   const Thing& one = things_[index(thing)];
   if (out < 0)
     out = solver.add_body(-2 - (thing - first_object_), one.x, one.y, one.vx * step_s, one.vy * step_s,
-                          one.spin * step_s * robot_radius);
+                          one.spin * step_s * robot_radius_m_);
   return out;
 }
 
@@ -159,7 +157,7 @@ double SolidBodies::move(ContactSolver& solver, double step_s) {
     if (body_of_.empty() || body_of_[index(i)] < 0 || !solver.in_contact(body_of_[index(i)])) continue;
     const ContactBody& solved = solver.bodies()[index(body_of_[index(i)])];
     Thing& thing = things_[index(i)];
-    const double turn = solved.roll / robot_radius;
+    const double turn = solved.roll / robot_radius_m_;
     thing.x += solved.dx;
     thing.y += solved.dy;
     thing.heading = std::remainder(thing.heading + turn, 2 * std::numbers::pi);
@@ -182,7 +180,7 @@ SolidBodies::Depth SolidBodies::depth(ContactSolver& solver, std::span<const dou
     touches_.clear();
     if (touched.robot >= 0)
       placed(things_[index(touched.other)])
-          .touches(x[index(touched.robot)], y[index(touched.robot)], robot_radius, 0, touches_);
+          .touches(x[index(touched.robot)], y[index(touched.robot)], robot_radius_m_, 0, touches_);
     else if (touched.other < 0)
       wall_touches(things_[index(touched.object)], touched.other, 0, touches_);
     else

@@ -18,7 +18,8 @@ namespace arkmesh::sim_ode {
 
 class SolidBodies {
  public:
-  SolidBodies(double width_m, double height_m, const hal::Solids& solids);
+  SolidBodies(double width_m, double height_m, const hal::Solids& solids,
+              double robot_radius_m = hal::kilobot::body_radius_m);
 
   bool empty() const { return things_.empty(); }
   bool any_moves() const { return first_object_ < static_cast<int>(things_.size()); }
@@ -49,6 +50,7 @@ class SolidBodies {
   void shade(Shadows& out) const;
   // What is wrong with where objects start, as the end of a sentence; they count from 0. Empty when nothing is.
   std::string misplaced() const;
+  double robot_radius_m() const { return robot_radius_m_; }
   // How far a point is from the nearest of them, `at_most_m` at most; negative inside, and outside the rim.
   double clearance_m(double x, double y, double at_most_m) const;
 
@@ -79,7 +81,7 @@ class SolidBodies {
   void find_object_contacts(double reach_m, double step_s, ContactSolver& solver);
   void wall_touches(const Thing& object, int wall, double reach_m, std::vector<Outline::Touch>& out) const;
 
-  double width_m_, height_m_;
+  double width_m_, height_m_, robot_radius_m_;
   std::vector<Thing> things_;
   int first_object_ = 0, rim_begin_ = 0, rim_end_ = 0;  // things that shade() leaves out
   std::optional<Outline> floor_;                        // of an arena that is no rectangle
@@ -103,7 +105,7 @@ void SolidBodies::find_contacts(std::span<const double> x, std::span<const doubl
   for (const Near& near : near_) {
     const Thing& thing = things_[index(near.thing)];
     touches_.clear();
-    placed(thing).touches(x[index(near.robot)], y[index(near.robot)], hal::kilobot::body_radius_m, reach_m, touches_);
+    placed(thing).touches(x[index(near.robot)], y[index(near.robot)], robot_radius_m_, reach_m, touches_);
     for (const Outline::Touch& touch : touches_) {
       const int a = body_of(near.robot), b = thing.moves ? body(near.thing, solver, step_s) : -1;
       const ContactBody& one = solver.bodies()[index(a)];

@@ -9,25 +9,27 @@
 #include <utility>
 
 #include "hal/fixed_math.hpp"
-#include "hal/platforms/kilobot/body.hpp"
 #include "sim_ode/neighbour_grid.hpp"
 
 namespace arkmesh::sim_ode {
 namespace {
 
-constexpr double apart_m = 2 * hal::kilobot::body_radius_m + 0.001;
 constexpr double rounding_m = 1e-6;
 constexpr int max_tries = 300;
 
-std::int64_t cell_of(double x, double y, int right, int up) {
+// Distance of two robots that start.
+double apart_of(const SolidBodies& solids) {
+  return 2 * solids.robot_radius_m() + 0.001;
+}
+
+std::int64_t cell_of(double x, double y, int right, int up, double apart_m) {
   constexpr std::int64_t most_columns = 1 << 20;
   return (static_cast<std::int64_t>(std::floor(y / apart_m)) + up) * most_columns +
          static_cast<std::int64_t>(std::floor(x / apart_m)) + right;
 }
 
-bool is_inside(double x, double y, double width_m, double height_m) {
-  return std::abs(x) <= width_m / 2 - hal::kilobot::body_radius_m + rounding_m &&
-         std::abs(y) <= height_m / 2 - hal::kilobot::body_radius_m + rounding_m;
+bool is_inside(double x, double y, double width_m, double height_m, double radius_m) {
+  return std::abs(x) <= width_m / 2 - radius_m + rounding_m && std::abs(y) <= height_m / 2 - radius_m + rounding_m;
 }
 
 }  // namespace
@@ -50,6 +52,9 @@ struct StartPlaces::Region {
   }
 };
 
+StartPlaces::StartPlaces(double width_m, double height_m, const SolidBodies& solids, std::vector<hal::Pose> given)
+    : sides_{width_m, height_m}, apart_m_(apart_of(solids)), solids_(solids), given_(std::move(given)) {}
+
 StartPlaces::Region StartPlaces::region_of(const StartSettings& start) const {
   using Start = StartSettings::Start;
   const std::vector<double>& at = start.start_at;
@@ -63,22 +68,22 @@ StartPlaces::Region StartPlaces::region_of(const StartSettings& start) const {
     case Start::ring:
       return {at[0], at[1], at[3], at[3], at[2], at[3]};
     default:
-      return {.half_width_m = sides_.width_m / 2 - hal::kilobot::body_radius_m,
-              .half_height_m = sides_.height_m / 2 - hal::kilobot::body_radius_m};
+      return {.half_width_m = sides_.width_m / 2 - solids_.robot_radius_m(),
+              .half_height_m = sides_.height_m / 2 - solids_.robot_radius_m()};
   }
 }
 
 bool StartPlaces::is_free(double x, double y) const {
-  if (!is_inside(x, y, sides_.width_m, sides_.height_m)) return false;
-  if (!solids_.empty() && solids_.clearance_m(x, y, apart_m) < apart_m / 2) return false;
+  if (!is_inside(x, y, sides_.width_m, sides_.height_m, solids_.robot_radius_m())) return false;
+  if (!solids_.empty() && solids_.clearance_m(x, y, apart_m_) < apart_m_ / 2) return false;
   const auto is_near = [&](const hal::Pose& other) {
     const double dx = other.x_m - x, dy = other.y_m - y;
-    return dx * dx + dy * dy < apart_m * apart_m;
+    return dx * dx + dy * dy < apart_m_ * apart_m_;
   };
   if (std::ranges::any_of(given_, is_near)) return false;
   for (const int up : {-1, 0, 1})
     for (const int right : {-1, 0, 1}) {
-      const auto cell = cells_.find(cell_of(x, y, right, up));
+      const auto cell = cells_.find(cell_of(x, y, right, up, apart_m_));
       if (cell == cells_.end()) continue;
       if (std::ranges::any_of(cell->second, [&](std::size_t other) { return is_near(poses_[other]); })) return false;
     }
@@ -86,7 +91,7 @@ bool StartPlaces::is_free(double x, double y) const {
 }
 
 void StartPlaces::take(const hal::Pose& pose) {
-  cells_[cell_of(pose.x_m, pose.y_m, 0, 0)].push_back(poses_.size());
+  cells_[cell_of(pose.x_m, pose.y_m, 0, 0, apart_m_)].push_back(poses_.size());
   poses_.push_back(pose);
 }
 
@@ -110,9 +115,9 @@ void StartPlaces::draw(int robots, const Region& region, hal::RandomStream& chan
 }
 
 // Grid places spread over the whole region.
-std::vector<hal::Pose> StartPlaces::lattice(const Region& region) {
-  const int columns = static_cast<int>(2 * region.half_width_m / apart_m) + 1,
-            rows = static_cast<int>(2 * region.half_height_m / apart_m) + 1;
+std::vector<hal::Pose> StartPlaces::lattice(const Region& region) const {
+  const int columns = static_cast<int>(2 * region.half_width_m / apart_m_) + 1,
+            rows = static_cast<int>(2 * region.half_height_m / apart_m_) + 1;
   std::vector<hal::Pose> out;
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
@@ -167,11 +172,12 @@ bool StartPlaces::add(int robots, const StartSettings& start, hal::RandomStream 
 
 std::string error_with(const std::vector<hal::Pose>& places, double width_m, double height_m,
                        const SolidBodies& solids) {
+  const double radius_m = solids.robot_radius_m(), apart_m = apart_of(solids);
   std::vector<double> x, y;
   for (const hal::Pose& place : places) {
-    if (!is_inside(place.x_m, place.y_m, width_m, height_m))
+    if (!is_inside(place.x_m, place.y_m, width_m, height_m, radius_m))
       return fmt::format("puts robot {} at {}, {}, not wholly inside the walls", x.size(), place.x_m, place.y_m);
-    if (solids.clearance_m(place.x_m, place.y_m, 1) < hal::kilobot::body_radius_m - rounding_m)
+    if (solids.clearance_m(place.x_m, place.y_m, 1) < radius_m - rounding_m)
       return fmt::format("puts robot {} at {}, {}, where an obstacle or an object is", x.size(), place.x_m, place.y_m);
     x.push_back(place.x_m);
     y.push_back(place.y_m);
@@ -182,12 +188,9 @@ std::string error_with(const std::vector<hal::Pose>& places, double width_m, dou
     int other = -1;
     grid.visit_near(x[i], y[i], apart_m, [&](const NeighbourGrid::Member& member) {
       const auto j = static_cast<std::size_t>(member.number);
-      if (j > i && hal::fixed::hypot(x[j] - x[i], y[j] - y[i]) < 2 * hal::kilobot::body_radius_m - rounding_m)
-        other = member.number;
+      if (j > i && hal::fixed::hypot(x[j] - x[i], y[j] - y[i]) < 2 * radius_m - rounding_m) other = member.number;
     });
-    if (other >= 0)
-      return fmt::format("puts robots {} and {} nearer than {} m to each other", i, other,
-                         2 * hal::kilobot::body_radius_m);
+    if (other >= 0) return fmt::format("puts robots {} and {} nearer than {} m to each other", i, other, 2 * radius_m);
   }
   return {};
 }

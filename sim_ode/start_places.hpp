@@ -18,8 +18,7 @@ namespace arkmesh::sim_ode {
 class StartPlaces {
  public:
   // `solids` outlive it. Nobody who starts at random stands where `given` ones will.
-  StartPlaces(double width_m, double height_m, const SolidBodies& solids, std::vector<hal::Pose> given = {})
-      : sides_{width_m, height_m}, solids_(solids), given_(std::move(given)) {}
+  StartPlaces(double width_m, double height_m, const SolidBodies& solids, std::vector<hal::Pose> given = {});
 
   // So many more robots: on the places given by hand, unchecked, or where `start` says; headings are random then. What
   // `chance` draws decides. False: that many do not fit.
@@ -32,7 +31,7 @@ class StartPlaces {
   bool is_free(double x, double y) const;
   void take(const hal::Pose& pose);
   void draw(int robots, const Region& region, hal::RandomStream& chance);
-  static std::vector<hal::Pose> lattice(const Region& region);
+  std::vector<hal::Pose> lattice(const Region& region) const;
   static std::vector<hal::Pose> grid(int robots, const std::vector<double>& at);
   bool choose(std::vector<hal::Pose> places, int robots, hal::RandomStream& chance);
   void forget_behind(std::size_t first);
@@ -40,6 +39,7 @@ class StartPlaces {
   struct {
     double width_m, height_m;
   } sides_;
+  double apart_m_;
   const SolidBodies& solids_;
   std::vector<hal::Pose> given_, poses_;
   // Robots by cells of one distance: whoever is too near lies in a neighbouring cell. Only cells with somebody in them.

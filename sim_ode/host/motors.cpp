@@ -55,7 +55,15 @@ Motors::Motors(const DriveSettings& settings, std::vector<RobotProfile> profiles
   }
 }
 
+// About the middle between the wheels.
+Velocity Motors::on_wheels(double left_m_s, double right_m_s) const {
+  const double turn = (right_m_s - left_m_s) / settings_.drive.wheels_apart_m;
+  return {(left_m_s + right_m_s) / 2, turn * settings_.drive.axle_behind_m, turn};
+}
+
 Velocity Motors::velocity(int robot, int left, int right) const {
+  if (settings_.drive.way == hal::RobotDrive::Way::differential)
+    return on_wheels(settings_.drive.speed_m_s * right / 255, settings_.drive.speed_m_s * left / 255);
   const RobotProfile& profile = profiles_[index(robot)];
   if (left < profile.dead_duty) left = 0;
   if (right < profile.dead_duty) right = 0;
@@ -90,7 +98,15 @@ void Motors::set(int robot, std::uint8_t left, std::uint8_t right, std::int64_t 
   if (part.left == left && part.right == right) return;
   part.left = left;
   part.right = right;
+  part.driven = false;
   if (part.connected) update(robot, us);
+}
+
+void Motors::drive(int robot, const hal::SetPoint& wheels) {
+  Part& part = parts_[index(robot)];
+  part.driven = true;
+  part.wheels = wheels;
+  if (part.connected) update(robot, 0);
 }
 
 void Motors::connect(int robot, bool on, std::int64_t us) {
@@ -114,6 +130,7 @@ int Motors::load(int robot) const {
 // With the present duties from now on: a motor that is too weak to start stands.
 Velocity Motors::driven(int robot, std::int64_t us) {
   const Part& part = parts_[index(robot)];
+  if (part.driven && part.connected) return on_wheels(part.wheels.left_mm_s / 1e3, part.wheels.right_mm_s / 1e3);
   const RobotProfile& profile = profiles_[index(robot)];
   int left = part.connected ? part.left : 0, right = part.connected ? part.right : 0;
   if (!spin_.empty()) {
@@ -220,11 +237,11 @@ Velocity Motors::noisy(int robot, Velocity v) {
     v.turn_rad_s *= turn;
   }
   if (!wander_.empty()) {
-    // about the middle between the rear legs, which cannot slip sideways
+    // about the middle between the rear legs or wheels, which cannot slip sideways
     Wander& wander = wander_[index(robot)];
     wander.rate_rad_s = wander.keeps * wander.rate_rad_s + wander.kick_rad_s * small_push(wander.chance.next());
     v.turn_rad_s += wander.rate_rad_s;
-    v.left_m_s += wander.rate_rad_s * hal::kilobot::rear_axle_m;
+    v.left_m_s += wander.rate_rad_s * settings_.drive.axle_behind_m;
   }
   return v;
 }

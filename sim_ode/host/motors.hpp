@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "hal/platforms/kilobot/body.hpp"
 #include "hal/random.hpp"
+#include "hal/robot/set_point.hpp"
 #include "sim_ode/host/robot_profile.hpp"
 #include "sim_ode/host/turns/reception.hpp"
 
@@ -33,6 +35,8 @@ struct DriveSettings {
   int start_duty = 0;                      // below it a motor at rest does not start unless it is spun up
   double clock_spread = 0;                 // a robot's clock is off by up to this share
   double send_spread = 0.005;              // the time between two messages of a robot is off by up to this share
+  // Differential: the rest counts for programs only, whose first motor drives the right wheel, at its fastest at 255.
+  hal::RobotDrive drive{.way = hal::RobotDrive::Way::vibration, .axle_behind_m = hal::kilobot::rear_axle_m};
 };
 
 class Motors {
@@ -46,6 +50,9 @@ class Motors {
 
   // What set_motors() asks for, `us` after the start of the present tick; us never decreases within a tick.
   void set(int robot, std::uint8_t left, std::uint8_t right, std::int64_t us);
+  // Speeds of the wheels of a robot that has some, from the next tick on: until its program changes its motors, or they
+  // are given anew.
+  void drive(int robot, const hal::SetPoint& wheels);
   // What the battery leaves of the speed from the next tick on, 0..1.
   void weaken(int robot, double strength);
   // Sum of both motors' duties, as far as they reach the motors.
@@ -73,12 +80,14 @@ class Motors {
   struct Part {
     Calibration calibration;  // what the program sees
     std::uint8_t left = 0, right = 0;
+    bool driven = false;  // by set point
     bool connected = false;
     bool listed = false;             // in changed_
     float strength = 1;              // what the battery leaves of the speed
     std::int32_t since_us = 0;       // start of the present segment
     std::int32_t loaded = 0;         // load() in it
     std::int64_t loaded_moment = 0;  // sum of its changes, each times when it came
+    hal::SetPoint wheels;            // when driven
     Velocity now;                    // with the present duties
     Velocity sum;                    // velocity x microseconds, of the tick's segments so far
   };
@@ -95,6 +104,7 @@ class Motors {
   static std::size_t index(int robot) { return static_cast<std::size_t>(robot); }
   void update(int robot, std::int64_t us);
   Velocity driven(int robot, std::int64_t us);
+  Velocity on_wheels(double left_m_s, double right_m_s) const;
   void add_noise();
   Velocity noisy(int robot, Velocity v);
 

@@ -118,6 +118,8 @@ const std::vector<tests::ArenaRow>& rows() {
        }},
       {"null of plain robots", [] { return make_null_arena(arena_section(""), "lab", plain_robot); }},
       {"ode", [] { return sim_ode::make_ode_arena(arena_section(walkers), "lab", 1); }, true},
+      {"ode of thymios",
+       [] { return sim_ode::make_ode_arena(arena_section("[arena.ode]\nrobot = \"thymio\"\n"), "lab", 1); }, true},
       {"paced ode", [] { return sim_ode::make_ode_arena(arena_section("pace = 1\n" + walkers), "lab", 1); }, true},
       {"replay",
        [] {

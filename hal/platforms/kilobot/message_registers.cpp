@@ -14,8 +14,8 @@ void MessageRegisters::offer(std::span<const hal::ToRobot> newest) {
       continue;
     }
     Waiting& robot = waiting_[message.robot];
-    const auto [place, is_new] =
-        robot.by_slot.insert_or_assign(message.slot, Register{message.kind, message.value, message.whole});
+    const auto [place, is_new] = robot.by_slot.insert_or_assign(
+        message.slot, Register{message.kind, message.value, message.whole, set_point_in(info_, message)});
     if (is_new)
       ++airtime_.waiting;
     else
@@ -62,17 +62,21 @@ std::optional<MessageRegisters::Outgoing> MessageRegisters::next() {
     out.has_words = true;
     std::optional<hal::RobotId> passed_over;
     std::size_t group = 0;
+    const Word nothing{.robot = nobody(layout_)};
     // three different robots at most: programs differ in which group they take when two bear their id
     for (std::size_t seen = 0; seen < waiting_.size() && group < groups; ++seen) {
       if (at->second.next()->second.whole) {
         if (!passed_over) passed_over = at->first;
       } else {
         const Register word = take(at->first, at->second);
-        put_word(out.message, group++, layout_, {.robot = at->first, .kind = word.kind, .value = word.value});
+        if (word.wheels)
+          out.set_points.emplace_back(at->first, *word.wheels), put_word(out.message, group++, layout_, nothing);
+        else
+          put_word(out.message, group++, layout_, {.robot = at->first, .kind = word.kind, .value = word.value});
       }
       if (++at == waiting_.end()) at = waiting_.begin();
     }
-    for (; group < groups; ++group) put_word(out.message, group, layout_, {.robot = nobody(layout_)});
+    for (; group < groups; ++group) put_word(out.message, group, layout_, nothing);
     if (passed_over) next_receiver_ = *passed_over;
   }
   std::erase_if(waiting_, [](const auto& entry) { return entry.second.by_slot.empty(); });

@@ -14,6 +14,7 @@
 #include "hal/platforms/kilobot/fleet_queue.hpp"
 #include "hal/platforms/kilobot/layout.hpp"
 #include "hal/platforms/kilobot/message.hpp"
+#include "hal/robot/set_point.hpp"
 
 namespace arkmesh::hal::kilobot {
 
@@ -34,11 +35,14 @@ class MessageRegisters final : public hal::RobotLink {
     heard_.push_back(said);
   }
 
+  using SetPoints = std::vector<std::pair<hal::RobotId, hal::SetPoint>>;
   struct Outgoing {
     Message message;
     bool has_words = false;                 // to single robots, in groups
     std::optional<hal::RobotId> only_to{};  // whom it is for, of a whole message to one robot
     bool is_command = false;                // to the fleet
+    // Of simulated robots that have wheels: what goes out beside the message, each in a word's time.
+    SetPoints set_points{};
   };
   // What goes on the air now; nothing when nothing waits. Receivers take turns: who is passed over, because a whole
   // message does not fit beside words, is the next.
@@ -64,6 +68,7 @@ class MessageRegisters final : public hal::RobotLink {
     std::uint8_t kind;
     std::uint32_t value;
     std::optional<hal::WholeMessage> whole;
+    std::optional<hal::SetPoint> wheels{};
   };
   struct Waiting {
     std::map<std::uint8_t, Register> by_slot;
