@@ -23,6 +23,14 @@ const hal::Projection& Lab::projection(std::string_view lab) const {
                                       lab, fmt::join(data_.labs, ", ")));
 }
 
+void Lab::drive(hal::RobotId robot, const hal::SetPoint& wheels) {
+  if (!arena().can_be_driven())
+    throw std::invalid_argument(fmt::format(
+        "the scenario drives robot {}, and a {} has no wheels that a lab can set; only its own program moves it", robot,
+        arena().make));
+  tell(hal::to_robot(robot, wheels), true);
+}
+
 void Lab::declare(FieldRule rule) {
   if (!data_.declaring)
     throw std::logic_error(

@@ -12,6 +12,7 @@
 #include "hal/counters.hpp"
 #include "hal/overlay/drawing.hpp"
 #include "hal/random.hpp"
+#include "hal/robot/set_point.hpp"
 #include "hal/types.hpp"
 #include "lab/arena_facts.hpp"
 #include "lab/exchange/lab_state.hpp"
@@ -87,6 +88,9 @@ class Lab {
   void tell(const hal::ToRobot& word, hal::Led led, hal::LabTime again = std::chrono::seconds(1)) {
     if (data_.words.due(data_.now, word, led, again)) say(word);
   }
+  // Speeds of a robot's wheels, said when they change and kept as tell() keeps words. Throws std::invalid_argument with
+  // one sentence where robots cannot be driven (ArenaFacts::can_be_driven).
+  void drive(hal::RobotId robot, const hal::SetPoint& wheels);
   void command(const hal::FleetCommand& command) { data_.commands.push_back(command); }
   // What robots have to know before they run: the lab repeats it to all of them right before they begin, before they
   // run after a reset, and when some may lack it. Those of a type from one call of the scenario replace former

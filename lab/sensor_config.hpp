@@ -8,15 +8,15 @@ namespace arkmesh::lab {
 struct SensorConfig {
   // What robots of other labs are to the virtual sensors here: nothing, robots that are counted, or also obstacles.
   enum class Presence { none, seen, no_walk } presence = Presence::seen;
-  double no_walk_m =
-      0.033;  // radius of such an obstacle, in this arena: of two robots that touch, their centres' distance
+  double no_walk_m = 0;  // radius of such an obstacle, in this arena; 0: the distance of two robots here that touch
 
   void fields(const hal::Section& sensors) {
     sensors.field("presence", presence,
                   {.help = "what robots of other labs are to virtual sensors here: nothing, seen and counted, or seen "
                            "with a no-walk zone around each",
                    .one_of = {"none", "seen", "no-walk"}});
-    sensors.field("no_walk_m", no_walk_m, {{1e-3, 10}, "m", "radius of that zone, in this arena"});
+    sensors.field("no_walk_m", no_walk_m,
+                  {{0, 10}, "m", "radius of that zone, in this arena; 0: as far as two robots here that touch"});
   }
 };
 

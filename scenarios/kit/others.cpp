@@ -19,7 +19,8 @@ std::vector<Seen> others_in(const lab::Lab& lab) {
 
 std::vector<Surroundings::Disc> no_walk_zones(const lab::Lab& lab) {
   if (lab.sensors().presence != Presence::no_walk) return {};
-  return discs_around(others_in(lab), lab.sensors().no_walk_m);
+  const double given_m = lab.sensors().no_walk_m;
+  return discs_around(others_in(lab), given_m > 0 ? given_m : 2 * lab.arena().body_radius_m);
 }
 
 std::vector<Surroundings::Disc> discs_around(const std::vector<Seen>& robots, double radius_m) {

@@ -170,3 +170,16 @@ TEST_CASE("rows of a table have its columns, and one value for each") {
   CHECK(refused("audit", "x", "1"));
   CHECK(asked.data.rows.size() == 2);
 }
+
+TEST_CASE("wheels are set where there are some, said when they change, and refused by name elsewhere") {
+  Asked asked;
+  asked.data.arena.make = "walker";
+  CHECK(sentence([&] { asked.lab.drive(3, {.left_mm_s = 10, .right_mm_s = 20}); }) ==
+        "the scenario drives robot 3, and a walker has no wheels that a lab can set; only its own program moves it");
+  CHECK(asked.data.to_robots.empty());
+  asked.data.arena.drive = {.way = hal::RobotDrive::Way::differential, .speed_m_s = 0.1, .wheels_apart_m = 0.05};
+  for (const int left_mm_s : {10, 10, -50}) asked.lab.drive(3, {.left_mm_s = left_mm_s, .right_mm_s = 20});
+  REQUIRE(asked.data.to_robots.size() == 2);
+  CHECK(hal::set_point_in(asked.data.arena, asked.data.to_robots[1]) ==
+        hal::SetPoint{.left_mm_s = -50, .right_mm_s = 20});
+}

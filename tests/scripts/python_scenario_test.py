@@ -188,6 +188,7 @@ class PythonScenario(unittest.TestCase):
                              ("lab.message(b'123', 5)", "mine.py:4: ValueError: data is nine bytes, and not 3"),
                              ("lab.message([1, 2, 1 << 24], 5)", "mine.py:4: ValueError: data is nine bytes, or three whole numbers"),
                              ("lab.parameters(bytes(9), 128)", "mine.py:4: ValueError: type must be 0 to 127"),
+                             ("lab.drive([0], 0.1, 0.1)", "mine.py:4: ValueError: drive: a kilobot has no wheels"),
                              ("lab.whole_to_one = False; lab.message(bytes(9), 5, who=[0])", "mine.py:4: ValueError: who: this arena carries"),
                              ("lab.row('t', x='7' * (1 << 27))", "said 134217")):
             with self.subTest(line):

@@ -18,6 +18,7 @@ _Setting = TypeVar("_Setting", bool, int, float, str)
 WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("how", "u1"), ("pad", "u1"), ("value", "<u4")])
 HEARD = numpy.dtype([("robot", "<u4"), ("kind", "<u4"), ("value", "<i4")])
 ONCE, UNTIL_LED_CHANGES, SHOWN, NOT_SHOWN = range(4)  # WORD's `how`, as scenarios/python/python_scenario.cpp has it
+_WHEELS = 255  # the slot of drive(), as hal/robot/set_point.hpp has it
 OWN_TABLES = ("hash", "audit")  # of each lab
 OWN_COLUMNS = ("run", "setting", "seed", "state", "why", "final_hash", "periods", "duration_s")  # of a batch's table, beside counts
 
@@ -116,6 +117,8 @@ class Lab(Kit):
         self.width_m, self.height_m = facts["width_m"], facts["height_m"]
         self.scale = facts["scale"]  # shared metres for a metre of this arena
         self.kinds, self.values, self.whole_to_one = facts["kinds"], facts["values"], facts["whole_to_one"]
+        self.make = facts.get("make", "robot")  # what the robots are: "kilobot", "thymio"
+        self.wheels_m_per_s = facts.get("wheels_m_per_s", 0)  # the fastest that drive() can set; 0: robots cannot be driven
         self.ids = numpy.array(facts["robots"], dtype=numpy.uint32)
         n = len(self.ids)
         self.seen = numpy.zeros(n, dtype=bool)  # whom the newest frame holds
@@ -125,7 +128,7 @@ class Lab(Kit):
         self.others = Others()
         self.obstacles, self.objects = ([Solid(told) for told in facts[key]] for key in ("obstacles", "objects"))
         self.object_xy, self.object_heading = numpy.array([o.xy for o in self.objects]).reshape(-1, 2), numpy.array([o.heading for o in self.objects])
-        self.heard = numpy.zeros(0, HEARD)  # what robots have said since the frame before; Kilobots say nothing
+        self.heard = numpy.zeros(0, HEARD)  # what robots have said since the frame before; real Kilobots say nothing
         self.now_s, self.periods = 0.0, 0
         self._seed, self._ask, self._streams, self._merged, self._rules = facts["seed"], ask_setting, {}, {}, {}
         self._words, self._said, self._pieces = [], {}, []
@@ -183,6 +186,20 @@ class Lab(Kit):
     def say(self, who: ArrayLike, kind: ArrayLike = 0, value: ArrayLike = 0, slot: ArrayLike = 0, every_s: float = 0.0) -> None:
         """Said once. With `every_s`, called at each frame, a robot is told the newest in that slot once in so many seconds."""
         self._say(who, kind, value, slot, ONCE, _number("every_s", every_s, 0, 1e6))
+
+    def drive(self, who: ArrayLike, left: ArrayLike, right: ArrayLike) -> None:
+        """Speeds of the wheels of the robots `who`, metres a second, backwards below 0: one number, or one for each row, or for each id. They are
+        in force until the next ones, and said again to a robot that may lack them. ValueError where robots cannot be driven."""
+        if not self.wheels_m_per_s:
+            raise ValueError(f"drive: a {self.make} has no wheels that a lab can set; only its own program moves it")
+        rows, by_ids = self._rows(who)
+        words = numpy.zeros(len(rows), WORD)
+        words["robot"], words["slot"], words["how"] = self.ids[rows], _WHEELS, SHOWN
+        most = round(1000 * self.wheels_m_per_s)
+        for name, given, shift in (("left", left, 12), ("right", right, 0)):
+            mm_s = numpy.round(1000 * numpy.asarray(given, dtype=float))
+            words["value"] += (self._chosen(f"{name}, mm/s,", mm_s, -most, most, rows, by_ids).astype(numpy.int64) + 2048).astype(numpy.uint32) << shift
+        self._words.append(words)
 
     def message(self, data: Any, type: int, who: Optional[ArrayLike] = None, slot: ArrayLike = 0) -> None:  # pylint: disable=redefined-builtin
         """A whole message of nine bytes and a type 0 to 127, said once: to all robots, or, in simulation only, to `who`. `data`:
@@ -249,7 +266,7 @@ class Lab(Kit):
         ids = self.ids[rows]
         words = numpy.zeros(len(ids), WORD)
         words["robot"] = ids
-        columns = [("kind", kind, self.kinds - 1), ("value", value, self.values - 1), ("slot", slot, 255)]
+        columns = [("kind", kind, self.kinds - 1), ("value", value, self.values - 1), ("slot", slot, _WHEELS - 1 if self.wheels_m_per_s else 255)]
         for name, given, high in columns:
             if type(given) is int and given == 0:  # as it mostly is
                 continue

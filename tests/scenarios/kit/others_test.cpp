@@ -37,6 +37,10 @@ TEST_CASE("kit: robots of other labs are what sensors.presence says, where they 
     CHECK(zones.size() == (presence == Presence::no_walk ? 1 : 0));
     if (!seen.empty()) CHECK(seen[0].place.x_m == doctest::Approx(0.4));
     if (!zones.empty()) CHECK(zones[0].radius_m == 0.05);
+    // unless given: as near as bodies let robots here come to each other
+    labs["a"].data.sensors.no_walk_m = 0;
+    labs["a"].data.arena.body_radius_m = 0.056;
+    for (const auto& zone : no_walk_zones(labs["a"].lab)) CHECK(zone.radius_m == 0.112);
   }
 }
 
