@@ -50,21 +50,21 @@ export function draw_objects(c, lab, p, sprites, px) {
 }
 
 /**
- * Pixels of a body: of an own robot, or of another lab's, as large as it is in this arena where the scale of its lab's projection is known.
- * @param {Lab} lab @param {Placement} p @param {number} px @param {string} of a lab's name @param {Map<string, number>} scales by lab
+ * Pixels of a body: of an own robot, or of another lab's, as large as it is in this arena where its lab is known, else as an own one.
+ * @param {Lab} lab @param {Placement} p @param {number} px @param {string} of a lab's name @param {Map<string, number>} sizes radius in the shared world, metres, by lab
  */
-function radius_of(lab, p, px, of, scales) {
-  const own = lab.projection().scale;
-  return Math.max(2 * px, (lab.body_radius_m() * p.scale * (of === lab.own ? own : (scales.get(of) ?? own))) / own);
+function radius_of(lab, p, px, of, sizes) {
+  const shared_m = of === lab.own ? undefined : sizes.get(of);
+  return Math.max(2 * px, (shared_m === undefined ? lab.body_radius_m() : shared_m / lab.projection().scale) * p.scale);
 }
 
 /**
  * Robots of other labs.
- * @param {Context} c @param {Lab} lab @param {Placement} p @param {Sprites} sprites @param {number} px @param {Map<string, number>} scales by lab
+ * @param {Context} c @param {Lab} lab @param {Placement} p @param {Sprites} sprites @param {number} px @param {Map<string, number>} sizes by lab
  */
-export function draw_ghosts(c, lab, p, sprites, px, scales) {
+export function draw_ghosts(c, lab, p, sprites, px, sizes) {
   for (const fleet of lab.ghosts) {
-    const radius = radius_of(lab, p, px, fleet.lab, scales);
+    const radius = radius_of(lab, p, px, fleet.lab, sizes);
     c.globalAlpha = opacity_of(lab, fleet);
     for (const ghost of fleet.robots) robot(c, ghost, p, sprites, radius, true);
   }
@@ -89,11 +89,11 @@ export function draw_robots(c, lab, p, sprites, px, rings) {
 
 /**
  * Robots that are to have a name, those of this lab first, for their names get their places first.
- * @param {Lab} lab @param {Placement} p @param {number} px @param {Map<string, number>} scales by lab @param {boolean} ghosts those, too
+ * @param {Lab} lab @param {Placement} p @param {number} px @param {Map<string, number>} sizes by lab @param {boolean} ghosts those, too
  * @param {Places} bodies gets those of its robots, named or not @param {Places} ghost_bodies
  * @returns {Named[]}
  */
-function named_robots(lab, p, px, scales, ghosts, bodies, ghost_bodies) {
+function named_robots(lab, p, px, sizes, ghosts, bodies, ghost_bodies) {
   /** @type {Named[]} */
   const out = [];
   const add = (/** @type {{id: number, x: number, y: number, heading: number}} */ r, /** @type {string} */ words, /** @type {number} */ radius, /** @type {number} */ opacity, /** @type {boolean} */ ghost) => {
@@ -102,10 +102,10 @@ function named_robots(lab, p, px, scales, ghosts, bodies, ghost_bodies) {
     places.add_disc(x + Math.cos(at) * nose_at * radius, y - Math.sin(at) * nose_at * radius, nose_radius * radius);
     if (2 * radius >= labelled_px * px) out.push({ words, x, y, radius, opacity, ghost });
   };
-  const own = radius_of(lab, p, px, lab.own, scales);
+  const own = radius_of(lab, p, px, lab.own, sizes);
   for (const r of lab.robots) add(r, r.confidence < 0.5 ? `${r.id}?` : `${r.id}`, own, 1, false);
   for (const fleet of ghosts ? lab.ghosts : []) {
-    const radius = radius_of(lab, p, px, fleet.lab, scales), opacity = opacity_of(lab, fleet);
+    const radius = radius_of(lab, p, px, fleet.lab, sizes), opacity = opacity_of(lab, fleet);
     for (const ghost of fleet.robots) add(ghost, `${ghost.id}`, radius, opacity, true);
   }
   return out;
@@ -114,13 +114,13 @@ function named_robots(lab, p, px, scales, ghosts, bodies, ghost_bodies) {
 /**
  * Ids of robots, each beside its robot, where they cover neither another word nor a robot; who has no such place has none. Only an own robot's id may lie on
  * a ghost, where there is no other room.
- * @param {{lab: Lab, placement: Placement}[]} labs of a pane @param {Sprites} sprites @param {number} px @param {Map<string, number>} scales by lab
+ * @param {{lab: Lab, placement: Placement}[]} labs of a pane @param {Sprites} sprites @param {number} px @param {Map<string, number>} sizes by lab
  * @param {boolean} ghosts those of other labs' robots, too @param {Places} places what is taken already, of words; gets these
  * @returns {Name[]}
  */
-export function place_names(labs, sprites, px, scales, ghosts, places) {
+export function place_names(labs, sprites, px, sizes, ghosts, places) {
   const ghost_bodies = new Places();
-  const all = labs.flatMap(({ lab, placement }) => named_robots(lab, placement, px, scales, ghosts, places, ghost_bodies));
+  const all = labs.flatMap(({ lab, placement }) => named_robots(lab, placement, px, sizes, ghosts, places, ghost_bodies));
   return all.sort((a, b) => Number(a.ghost) - Number(b.ghost)).flatMap((named) => {
     const { image, size_px } = name_label(named, sprites, px);
     const place = (/** @type {Places | null} */ more) => place_beside(places, more, named.x, named.y, named.radius, image.width - beside_words * size_px, digit_height * size_px);

@@ -14,7 +14,7 @@ import { Places } from "./label_place.js";
  * @typedef {{labels: boolean, trails: boolean, ghosts: boolean, overlay: boolean, pictures: boolean}} Shown
  * @typedef {{labs: {lab: Lab, placement: Placement}[], rectangle: Rectangle, title: string}} Pane labs: one, or all of a shared frame
  * @typedef {{pane: Pane, sprites: import("./sprites.js").Sprites, px: number, shown: Shown, pictures: Map<Lab, import("./camera_picture.js").CameraPicture[]>,
- *   trail_us: number, scales: Map<string, number>, pick: import("./robots.js").Pick | null, path: {x: number, y: number}[], ruler: {a: {x: number, y: number}, b: {x: number, y: number}, words: string} | null}} Scene ruler in pixels
+ *   trail_us: number, sizes: Map<string, number>, pick: import("./robots.js").Pick | null, path: {x: number, y: number}[], ruler: {a: {x: number, y: number}, b: {x: number, y: number}, words: string} | null}} Scene ruler in pixels
  * @typedef {CanvasRenderingContext2D} Context
  */
 
@@ -54,14 +54,14 @@ export function trail_layer(c, { pane, sprites, px, shown, trail_us }) {
  * The ids that are written, and where.
  * @param {Scene} scene
  */
-export function names_of({ pane, sprites, px, shown, scales }) {
+export function names_of({ pane, sprites, px, shown, sizes }) {
   const places = new Places();
   if (shown.overlay) {
     for (const { lab, placement } of pane.labs) {
       for (const { place } of lab.overlay ? overlay_words(lab.overlay, placement, sprites.colours, px) : []) places.add(place);
     }
   }
-  return place_names(pane.labs, sprites, px, scales, shown.ghosts && pane.labs.length === 1, places);
+  return place_names(pane.labs, sprites, px, sizes, shown.ghosts && pane.labs.length === 1, places);
 }
 
 /** A camera picture that is older is labelled with its age, microseconds. */
@@ -85,12 +85,12 @@ function top_of(pane) {
 
 /** @param {Context} c @param {Scene} scene */
 export function robot_layer(c, scene) {
-  const { pane, sprites, px, shown, scales, pick, path, ruler } = scene;
+  const { pane, sprites, px, shown, sizes, pick, path, ruler } = scene;
   const { inks } = sprites.colours;
   for (const { lab, placement } of pane.labs) {
     draw_objects(c, lab, placement, sprites, px);
     // In a shared frame the robots themselves are there.
-    if (shown.ghosts && pane.labs.length === 1) draw_ghosts(c, lab, placement, sprites, px, scales);
+    if (shown.ghosts && pane.labs.length === 1) draw_ghosts(c, lab, placement, sprites, px, sizes);
     draw_robots(c, lab, placement, sprites, px, camera_over(scene, lab));
     if (pick && (pane.labs.length === 1 || pick.lab === lab.own)) draw_pick(c, lab, placement, inks.pick, px, pick, path);
   }

@@ -143,8 +143,8 @@ export class Stage {
   /** @param {import("../draw/scene.js").Pane} pane @param {boolean} first @returns {import("../draw/scene.js").Scene} */
   scene(pane, first) {
     const { shown, pick, ruler, trail_s } = this.options;
-    const scales = new Map(this.world.labs.filter((lab) => lab.shared).map((lab) => [lab.own, lab.projection().scale]));
-    return { trail_us: trail_s * 1e6, scales, pane, sprites: this.sprites, px: this.px, shown, pictures: this.pictures, pick, path: this.path, ruler: first || ruler ? ruler : null };
+    const sizes = new Map(this.world.labs.filter((lab) => lab.shared).map((lab) => [lab.own, lab.body_radius_m() * lab.projection().scale]));
+    return { trail_us: trail_s * 1e6, sizes, pane, sprites: this.sprites, px: this.px, shown, pictures: this.pictures, pick, path: this.path, ruler: first || ruler ? ruler : null };
   }
 
   resize() {
