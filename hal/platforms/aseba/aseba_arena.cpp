@@ -37,7 +37,7 @@ class AsebaArena final : public Arena {
         eyes_(std::move(eyes)),
         nodes_(std::move(connections), info_.robots, make_of(settings.make), own_counters_),
         link_(info_, nodes_, settings.words_per_s, own_counters_),
-        judge_(info_.robots) {}
+        judge_(info_.robots, info_.drive.speed_m_s) {}
 
   // Robots drive on until somebody tells them otherwise, so the last word is a stop, also after an exception.
   ~AsebaArena() override { hal::end(*this, wall_); }
