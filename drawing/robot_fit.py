@@ -12,7 +12,7 @@ STRAIGHT, LEFT, RIGHT, REST = 2, 1, 4, 7
 BEGIN_S, END_S, LEAST_S, GAP_S = 0.7, 0.3, 2.0, 0.35  # cut from each stretch; the shortest one; a longer gap ends it
 NEAR_M, LEAST_SPEED_M_S, LEAST_TURN = 0.036, 0.002, math.radians(4)  # centres that near may touch; slower ones hardly move
 PIVOT = math.atan2(9.9, 27.7 / 2)  # between heading and path of a robot that pivots about a rear leg: hal/platforms/kilobot/body.hpp
-SLANT = math.radians(0.15)  # /s: what lens, floor and battery add to a turn rate, whatever time is spent; assumed
+SLANT, TILT, SCALE = math.radians(0.15), math.radians(0.5), 0.01  # what lens, floor and battery add, whatever time is spent, to a turn rate (/s), a bearing, a speed; assumed
 POOLED, LAGS_S, TIMES_S = 10, (0.6, 1, 1.5, 2, 3, 4, 6), numpy.geomspace(0.25, 6, 24)
 KEYS = ("speed_m_per_s", "drift_deg_per_s", "turn_left_deg_per_s", "turn_right_deg_per_s", "turn_noise_deg_per_s", "turn_noise_s", "led_bearing_deg")
 
@@ -60,7 +60,9 @@ def line(t, angle):
         left = abs(angle - middle - slope * t)
         keep = left <= max(4 * 1.4826 * numpy.median(left), math.radians(2))
         t, angle = t[keep], angle[keep]
-    return middle, slope
+    # what wanders grows with time: its ends tell a rate better than a straight line through all of it
+    ends = [(t[part].mean(), angle[part].mean()) for part in (t < t[0] + 0.5, t > t[-1] - 0.5)]
+    return middle, (ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0])
 
 
 def measure(led, track, part):
@@ -203,10 +205,10 @@ def fit(tracks, width_m=0.0, height_m=0.0, sees_led=True, own_program=None):
             turn = float(wrapped(right[0] - PIVOT - (left[0] + PIVOT)))
             degrees["led_bearing_deg"] = float(wrapped(left[0] + PIVOT + turn / 2)), math.hypot(left[1], right[1]) / 2
         if speeds[robot]:
-            mine["speed_m_per_s"] = speeds[robot][:2]
+            mine["speed_m_per_s"] = speeds[robot][0], math.hypot(speeds[robot][1], SCALE * speeds[robot][0])
         for key, found in degrees.items():
             if found:
-                found = found[0], math.hypot(found[1], SLANT if key != "led_bearing_deg" else 0)
+                found = found[0], math.hypot(found[1], TILT if key == "led_bearing_deg" else SLANT)
                 sign = -1 if key == "turn_right_deg_per_s" else 1
                 mine[key] = max(0.0, sign * math.degrees(found[0])) if key.startswith("turn") else math.degrees(found[0]), math.degrees(found[1])
         if time is not None and robot in noises:

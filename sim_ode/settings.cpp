@@ -194,7 +194,7 @@ std::vector<RobotProfile> profiles_of(const Settings& settings, const hal::Secti
   std::vector<RobotProfile> out = draw_profiles(settings, robots, lab, seed);
   if (settings.robots_file.empty()) return out;
   if (!std::filesystem::exists(settings.robots_file)) ode.refuse("robots_file", "there is no such file");
-  read_profiles(settings.robots_file, settings, out);
+  read_profiles(settings.robots_file, settings, out, settings.ids);
   return out;
 }
 

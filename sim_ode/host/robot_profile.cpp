@@ -32,7 +32,11 @@ struct RobotKeys {
   double led_bearing_deg = not_said, led_bearing_error_deg = not_said, clock_slow = not_said, ir_gain = not_said;
 
   void fields(const hal::Section& robot) {
-    robot.field("id", id, {.range = {0, 99'999}, .help = "which robot, from 0", .sample = "3", .required = true});
+    robot.field("id", id,
+                {.range = {0, 99'999},
+                 .help = "which robot: its id, or from 0 where ids are not stated",
+                 .sample = "3",
+                 .required = true});
     robot.field("speed_m_per_s", speed_m_per_s, {{0, 0.1}, "m/s", "with both motors at their calibrated duty"});
     robot.field("drift_deg_per_s", drift_deg_per_s, {{-180, 180}, "deg/s", "its turn then, counter-clockwise"});
     robot.field("turn_left_deg_per_s", turn_left_deg_per_s, {{0, 360}, "deg/s", "with the left-turning motor alone"});
@@ -121,7 +125,7 @@ std::vector<RobotProfile> draw_profiles(const DriveSettings& settings, int robot
 }
 
 void read_profiles(const std::filesystem::path& file, const DriveSettings& settings,
-                   std::vector<RobotProfile>& profiles) {
+                   std::vector<RobotProfile>& profiles, std::span<const std::int64_t> ids) {
   const hal::Config config = hal::Config::from_file(file);
   const auto said = config.root().read<RobotsFile>();
   config.refuse_unknown();
@@ -129,13 +133,16 @@ void read_profiles(const std::filesystem::path& file, const DriveSettings& setti
   for (std::size_t k = 0; k < said.robots.size(); ++k) {
     const int id = said.robots[k].id;
     const hal::Section table = config.root().section("robot", static_cast<int>(k));
-    if (id >= static_cast<int>(profiles.size()))
+    const auto place = std::ranges::lower_bound(ids, id);
+    const auto number = static_cast<std::size_t>(ids.empty() ? id : place - ids.begin());
+    if (number >= profiles.size() || (!ids.empty() && *place != id))
       table.refuse("id", profiles.empty() ? "there are no robots in the arena"
-                                          : fmt::format("the arena's robots are 0 to {}", profiles.size() - 1));
+                         : ids.empty()    ? fmt::format("the arena's robots are 0 to {}", profiles.size() - 1)
+                                          : "is none of the arena's robots, whose ids arena.ode.ids gives");
     const auto [first, is_new] = places.emplace(id, table.place("id"));
     if (!is_new)
       table.refuse("id", fmt::format("robot {} stands at {} already; give each one table", id, first->second));
-    said.robots[k].lay_over(settings, profiles[static_cast<std::size_t>(id)]);
+    said.robots[k].lay_over(settings, profiles[number]);
   }
 }
 

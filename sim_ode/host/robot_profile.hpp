@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,8 +38,9 @@ struct RobotProfile {
 // By robot number.
 std::vector<RobotProfile> draw_profiles(const DriveSettings& settings, int robots, const std::string& lab,
                                         std::uint64_t seed);
-// Lays what the file says of robots over `profiles`. Throws ConfigError.
+// Lays what the file says of robots over `profiles`, which are those of `ids`, ascending, or count from 0 where there
+// are none. Throws ConfigError.
 void read_profiles(const std::filesystem::path& file, const DriveSettings& settings,
-                   std::vector<RobotProfile>& profiles);
+                   std::vector<RobotProfile>& profiles, std::span<const std::int64_t> ids = {});
 
 }  // namespace arkmesh::sim_ode

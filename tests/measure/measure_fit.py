@@ -90,5 +90,42 @@ def fit_hidden(bench):
     return met, value, "5 %, 95 %, 3 deg; 5 deg, 0.7 to 1.5"
 
 
-MEASURES = [fit_hidden]
+WALK = """[lab]
+name = "roark"
+[run]
+scenario = "light_up"
+[arena]
+use = "ode"
+width_m = 1.2
+height_m = 1.2
+robots = 20
+[arena.ode]
+controller = "{root}/hal/platforms/kilobot/firmware/fit_robots.c"
+"""
+
+
+def fit_verdicts(bench):
+    """What `arkmesh fit check` says of ten minutes of 20 robots of preset "measured": beside others of it, and beside those of "measured_0", 20 trials each."""
+    folder, trials = bench.folder(), 2 if bench.short else 20
+    folder.mkdir()
+    folder.joinpath("walk.toml").write_text(WALK.format(root=ROOT))
+
+    def walked(preset, seed):
+        subprocess.run([PROGRAM, "run", "walk.toml", "--set", f"arena.ode.preset={preset}", "--seed", str(seed), "--seconds", "600", "--out", f"{preset}{seed}"], cwd=folder, check=True, capture_output=True)
+        return f"{preset}{seed}"
+
+    def differ(one, other):
+        done = subprocess.run([PROGRAM, "fit", "check", one, other], cwd=folder, capture_output=True, text=True)
+        if done.returncode not in (0, 1) or "fit_check:" not in done.stdout:
+            raise Failed(f"arkmesh fit check ended with {done.returncode}: {done.stderr.strip()[-200:]}")
+        return done.returncode == 1
+    false = told = 0
+    for k in range(trials):
+        real = walked("measured", 3 * k + 1)
+        false += differ(real, walked("measured", 3 * k + 2))
+        told += differ(real, walked("measured_0", 3 * k + 3))
+    return false <= trials / 10 and told >= 0.95 * trials, f"{false} of {trials} right ones differ, {told} of {trials} wrong ones", "at most 2 of 20, at least 19"
+
+
+MEASURES = [fit_hidden, fit_verdicts]
 NOT_JUDGED_SHORT = set()

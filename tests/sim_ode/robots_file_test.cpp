@@ -1,4 +1,6 @@
 // Robots that a file describes one by one.
+#include <fmt/format.h>
+
 #include <fstream>
 #include <numbers>
 
@@ -11,18 +13,18 @@ namespace arkmesh::sim_ode {
 namespace {
 
 // Profiles of four robots, of which `text` says something.
-std::vector<RobotProfile> told(const std::string& text) {
+std::vector<RobotProfile> told(const std::string& text, const std::vector<std::int64_t>& ids = {}) {
   const tests::TemporaryDirectory folder;
   std::ofstream(folder.path() / "robots.toml") << text;
   const DriveSettings settings;
   std::vector<RobotProfile> out = draw_profiles(settings, 4, "shark", 1);
-  read_profiles(folder.path() / "robots.toml", settings, out);
+  read_profiles(folder.path() / "robots.toml", settings, out, ids);
   return out;
 }
 
-std::string refused(const std::string& text) {
+std::string refused(const std::string& text, const std::vector<std::int64_t>& ids = {}) {
   try {
-    told(text);
+    told(text, ids);
   } catch (const hal::ConfigError& error) {
     const std::string sentence = error.what();
     return sentence.substr(sentence.find("robots.toml"));
@@ -51,6 +53,18 @@ TEST_CASE("a robot of the file drives as it says") {
   CHECK(robots[2].led_bearing_rad == doctest::Approx(-20 * degree));
   CHECK(robots[2].infrared_gain == 0.5);
   CHECK(robots[1].led_bearing_rad == doctest::Approx(-44 * degree));
+}
+
+TEST_CASE("robots of the file go by the arena's ids") {
+  // Where ids are stated, the file names robots by them, as a testbed does; the error of an LED's bearing is accepted.
+  const std::vector<std::int64_t> ids = {7, 100, 101, 200};
+  const std::vector<RobotProfile> robots =
+      told("[[robot]]\nid = 100\nled_bearing_deg = -20\nled_bearing_error_deg = 0.5\n", ids);
+  CHECK(robots[1].led_bearing_rad == doctest::Approx(-20 * std::numbers::pi / 180));
+  CHECK(robots[0].led_bearing_rad == doctest::Approx(-44 * std::numbers::pi / 180));
+  for (const char* id : {"2", "150", "201"})
+    CHECK(refused(fmt::format("[[robot]]\nid = {}\n", id), ids).find("is none of the arena's robots") !=
+          std::string::npos);
 }
 
 TEST_CASE("a wrong file of robots is refused with its line") {

@@ -99,6 +99,31 @@ Score follow(WalkingSwarm& swarm, double seconds, double frame_s,
 
 }  // namespace
 
+TEST_CASE("a named robot's heading is by its own LED") {
+  // Proves that a measured bearing counts from the name on, its error in what is stated, and not for others.
+  constexpr double degree = std::numbers::pi / 180;
+  AssociatorSettings settings = testbed::kilobot_following();
+  settings.led_offsets[4] = {70 * degree, 3 * degree};
+  Associator associator(settings);
+  const auto look = [&](double from_s, double to_s) {
+    for (double now = from_s; now < to_s; now += 0.1) {
+      FusedObservation one = robot_at(0, 0), other = robot_at(0.2, 0);
+      one.led_heading_rad = other.led_heading_rad = 0;
+      associator.update(at_s(now), std::vector{one, other});
+    }
+    return associator.tracks();
+  };
+  const double usual = 44 * degree;
+  CHECK(look(0, 2)[0].in_arena.heading_rad == doctest::Approx(usual).epsilon(0.01));
+  REQUIRE(associator.name(associator.tracks()[0].number, 4));
+  REQUIRE(associator.name(associator.tracks()[1].number, 5));
+  const std::vector<Track> tracks = look(2, 6);
+  CHECK(tracks[0].in_arena.heading_rad == doctest::Approx(70 * degree).epsilon(0.01));
+  CHECK(tracks[1].in_arena.heading_rad == doctest::Approx(usual).epsilon(0.01));
+  CHECK(tracks[0].heading_sigma_rad == doctest::Approx(std::hypot(tracks[1].heading_sigma_rad, 3 * degree)));
+  CHECK(tracks[0].led_direction_rad == 0.0);
+}
+
 TEST_CASE("assignment is the best there is") {
   // Proves that no other assignment gains more, on 2000 random little problems tried exhaustively.
   std::mt19937_64 random(7);
