@@ -1,6 +1,7 @@
 """Robots' tracks: of a recorded run, or of the table that `arkmesh fit robots LAB.toml` writes. As arrays, for robot_fit.py."""
 import csv
 import pathlib
+import tomllib
 
 import numpy
 
@@ -23,14 +24,14 @@ def of_rows(rows):
 
 
 def of_table(file):
-    """Tracks, the arena's sides, and whether directions are those of LEDs; the table's first line tells them."""
+    """Tracks, the arena's sides, and whose directions there are, "led" or "body"; the table's first line tells them."""
     try:
         with open(file, newline="") as text:
             width_m, height_m, what = text.readline().removeprefix("#").split()
             header, *rows = csv.reader(text)
             if header != COLUMNS:
                 raise ValueError
-            return of_rows([[float(cell) for cell in row] for row in rows if len(row) == len(COLUMNS)]), float(width_m), float(height_m), what == "led"
+            return of_rows([[float(cell) for cell in row] for row in rows if len(row) == len(COLUMNS)]), float(width_m), float(height_m), what
     except ValueError:
         raise Refused(f"{file} is no table of tracks; give one that arkmesh fit robots wrote, or the folder of a run") from None
     except OSError as why:
@@ -50,17 +51,20 @@ def folder_of(run, lab):
 
 
 def read(source, lab=None):
-    """(tracks, width_m, height_m, whether directions are those of LEDs)"""
+    """(tracks, width_m, height_m, what directions are: "led", "body", or headings that assume this bearing of each LED, in degrees)"""
     source = pathlib.Path(source)
     if not source.is_dir():
         return of_table(source)
-    rows, width_m, height_m = [], 0.0, 0.0
-    for _, channel, data in read_log.events(read_log.log_in(folder_of(source, lab))):
+    rows, width_m, height_m, folder = [], 0.0, 0.0, folder_of(source, lab)
+    arena = tomllib.loads((folder / "config.toml").read_text())["arena"] if (folder / "config.toml").is_file() else {}
+    kilobot, cameras = arena.get("kilobot", {}), arena.get("use") in ("kilobot", "emulated")
+    for _, channel, data in read_log.events(read_log.log_in(folder)):
         message = read_log.decode(data) if channel in ("poses", "arena") else None
         if message and channel == "arena":
             width_m, height_m = message.width_m, message.height_m
-        elif message:
-            rows += [(message.stamp_us / 1e6, robot.robot, robot.x_m, robot.y_m, robot.heading_rad, robot.led) for robot in message.robots if robot.age_us <= 150_000]
+        elif message and message.robots:
+            fresh = min(robot.age_us for robot in message.robots) + 50_000  # a camera's latency ages all; who is older was out of sight
+            rows += [(message.stamp_us / 1e6, robot.robot, robot.x_m, robot.y_m, robot.heading_rad, robot.led) for robot in message.robots if robot.age_us <= fresh]
     if not rows:
         raise Refused(f"{source} holds no robots' places; give the folder of a run that recorded its log")
-    return of_rows(rows), width_m, height_m, False
+    return of_rows(rows), width_m, height_m, -kilobot.get("led_offset_deg", 44.0) if cameras and not kilobot.get("robots_file") else "body"

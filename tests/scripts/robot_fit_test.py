@@ -98,6 +98,9 @@ class Fit(unittest.TestCase):
         self.assertIn("led_bearing_deg", missing[3])
         self.assertAlmostEqual(told[3]["drift_deg_per_s"][0], robots[3]["drift_deg_per_s"], delta=2)  # by the path's bend
         self.assertFalse(missing[0] or missing[4])
+        headings = {**tracks[0], "direction": tracks[0]["direction"] - math.radians(robots[0]["led_bearing_deg"]) + robot_fit.FOLLOWS * math.radians(robots[0]["led_bearing_deg"] + 44)}
+        told, _, _, _ = robot_fit.fit({0: headings}, directions=-44.0, own_program=True)  # tracked headings that assume 44 degrees
+        self.assertAlmostEqual(told[0]["led_bearing_deg"][0], robots[0]["led_bearing_deg"], delta=2)
 
     def test_free_walks(self):
         """Robots with a program of their own, whose LEDs say nothing: speed, drift and noise, no turns and no bearing."""
