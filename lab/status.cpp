@@ -43,6 +43,9 @@ lab_status_t status_of(const Runner& run) {
     m.not_standing.push_back(hal::to_message(robot));
   }
   m.n_not_standing = static_cast<std::int32_t>(m.not_standing.size());
+  m.clock_us = run.now().count();
+  m.answers = run.answers();
+  m.n_answers = static_cast<std::int32_t>(m.answers.size());
   m.stamp_us = run.arena().clock().now().count();
   m.period = static_cast<std::int32_t>(run.period());
   m.last_period = static_cast<std::int32_t>(run.last_period());
@@ -55,10 +58,6 @@ lab_status_t status_of(const Runner& run) {
     c.name.insert(0, "counts.");
     m.counters.push_back(std::move(c));
   }
-  // A command is given as of this moment (operator_command_t).
-  counter_t& clock = m.counters.emplace_back();
-  clock.name = "operator.clock_us";
-  clock.value = run.now().count();
   counter_t& missing = m.counters.emplace_back();
   missing.name = "robots.may_be_missing";
   missing.value = static_cast<std::int64_t>(run.may_be_missing());

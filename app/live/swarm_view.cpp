@@ -160,18 +160,15 @@ void SwarmView::refresh() {
     speed_ = static_cast<double>((now_ - std::exchange(speed_from_, now_)).count()) * 1e-6 / wall_s;
     speed_since_ = now;
   }
-  lab_status_t status;
+  lab_status_t status{};
   status.lab = name_;
-  status.nonce = 0;
   status.phase = !failure_.empty() || is_over() ? lab_status_t::ended
                  : paused_                      ? lab_status_t::waiting
                                                 : lab_status_t::going_on;
   status.outcome = !failure_.empty() ? lab_status_t::failed : is_over() ? lab_status_t::finished : lab_status_t::open;
   status.state = state();
   status.wanted = lab_status_t::run;
-  status.n_not_standing = 0;
   status.stamp_us = now_.count();
-  status.period = status.last_period = 0;
   status.speed = speed_;
   status.can_wait = true;
   if (swarm_) status.counters = hal::to_message(swarm_->arena().counters());

@@ -49,7 +49,8 @@ std::optional<Refusal> CommandRights::refusal(const std::string& peer, const ope
   if (!peer.empty())
     if (auto refusal = unsigned_by(peer, message, now)) return refusal;
   if (auto refusal = admit(peer, message.command, now)) return refusal;
-  giver.newest = message.number;
+  std::erase_if(giver.used, [now](const auto& one) { return one.second < now - too_old_after; });
+  giver.used[message.number] = Now(message.clock_us);
   return {};
 }
 
@@ -99,10 +100,9 @@ std::optional<Refusal> CommandRights::forbidden(const std::string& peer, const o
 // What was not made for this moment.
 std::optional<Refusal> CommandRights::unfit(const Giver& giver, const operator_command_t& message, Now now) const {
   if (message.run_id != run_id_) return Refusal{"other_run", "it was given to another run of this lab"};
-  if (message.number <= giver.newest) return Refusal{"replayed", "it, or a newer one, was given before"};
-  if (message.number > giver.newest + number_window) return Refusal{"number", "its number is too large"};
   if (Now(message.clock_us) > now || Now(message.clock_us) < now - too_old_after)
     return Refusal{"too_old", "it comes more than 30 s after it was given"};
+  if (giver.used.contains(message.number)) return Refusal{"replayed", "it was given before"};
   return unknown(message.command.command, message.command);
 }
 
@@ -143,9 +143,7 @@ hal::Counters CommandRights::counters() const {
   for (const auto& [peer, giver] : givers_) {
     if (!peer.empty()) all.set(std::string(obeys_counter) + peer, 1);
     if (giver.admitted == 0) continue;
-    const std::string whose = peer.empty() ? "" : "." + peer;
-    all.set("operator.commands" + whose, giver.admitted);
-    all.set("operator.number" + whose, static_cast<std::uint64_t>(giver.newest));
+    all.set("operator.commands" + (peer.empty() ? "" : "." + peer), giver.admitted);
   }
   return all;
 }

@@ -35,12 +35,12 @@ class CommandRights {
   bool armed() const { return armed_; }
   void disarm() { armed_ = false; }
 
-  // Whether the lab is armed, if anybody has permission; of whom how many were admitted, and the newest number.
+  // Whether the lab is armed, if anybody has permission; of whom how many were admitted.
   hal::Counters counters() const;
 
  private:
   struct Giver {
-    std::int64_t newest = 0;  // number of the command admitted last
+    std::map<std::int64_t, Now> used;  // numbers of commands admitted that are not too old yet, and their clock
     std::uint64_t admitted = 0;
     std::optional<Now> last_run;  // when it resumed last
   };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -12,6 +13,11 @@
 #include "lab/operator/operator_message.hpp"
 
 namespace arkmesh::lab {
+namespace {
+
+constexpr std::ptrdiff_t most_answers = 8;  // to commands that are done, and to others
+
+}  // namespace
 
 OperatorDesk::OperatorDesk(const RunConfig& config, std::uint64_t run_id, hal::Recorder& recorder,
                            const hal::Clock& clock)
@@ -30,10 +36,19 @@ void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> byt
   const int command = message.command.command;
   asked_ = true;
   if (command == operator_command_t::ask) return;
-  if (closed_) return refuse(peer, command, {"ended", "the run has ended"});
   if (message.lab != lab_) return counters_.add("operator.for_other_lab");
-  if (const auto refusal = rights_.refusal(peer, message, now)) return refuse(peer, command, *refusal);
+  const auto refusal = closed_ ? Refusal{"ended", "the run has ended"} : rights_.refusal(peer, message, now);
+  answer(message.number, refusal ? refusal->why : std::string_view());
+  if (refusal) return refuse(peer, command, *refusal);
   admit(peer, channel, message, bytes);
+}
+
+void OperatorDesk::answer(std::int64_t number, std::string_view refusal) {
+  const auto alike = [&](const operator_answer_t& other) { return other.refusal.empty() == refusal.empty(); };
+  if (std::ranges::count_if(answers_, alike) == most_answers) answers_.erase(std::ranges::find_if(answers_, alike));
+  operator_answer_t& added = answers_.emplace_back();
+  added.number = number;
+  added.refusal = refusal;
 }
 
 std::string OperatorDesk::perform(std::uint8_t command, Now now) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "arkmesh/fleet_command_t.hpp"
+#include "arkmesh/operator_answer_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
 #include "hal/counters.hpp"
 #include "hal/record/recorder.hpp"
@@ -45,6 +46,8 @@ class OperatorDesk {
     fleet_command_t command;
   };
   std::vector<ForRobots> take();
+  // To the last commands with a number, the oldest first. A flood of those that are refused drives out no other.
+  const std::vector<operator_answer_t>& answers() const { return answers_; }
   // Somebody waits for a status since the last call: who asked for one, or gave a command.
   bool take_asked() { return std::exchange(asked_, false); }
   // The run is to end.
@@ -60,6 +63,7 @@ class OperatorDesk {
   void admit(const std::string& peer, std::string_view channel, const operator_command_t& message,
              std::span<const std::byte> bytes);
   void refuse(const std::string& peer, int command, const Refusal& refusal);
+  void answer(std::int64_t number, std::string_view refusal);
 
   const std::string lab_;
   const std::uint64_t run_id_;
@@ -68,6 +72,7 @@ class OperatorDesk {
   CommandRights rights_;
   CommandAudit audit_;
   std::vector<ForRobots> for_robots_;
+  std::vector<operator_answer_t> answers_;
   bool end_asked_ = false, closed_ = false, asked_ = false;
   std::set<std::string, std::less<>> said_;  // reasons of refusals
   hal::Counters counters_;

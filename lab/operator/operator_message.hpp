@@ -16,9 +16,6 @@ namespace arkmesh::lab {
 
 // On the lab's public bus.
 inline const std::string operator_channel = "operator_command";
-// How far the number of a command may be above the newest one. Who gives one takes any of them by chance, so that two
-// operators do not take the same.
-inline constexpr std::int64_t number_window = 1000;
 // In a lab's status, before the name of each lab whose operator it obeys.
 inline constexpr std::string_view obeys_counter = "operator.obeys.";
 

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
-#include <map>
 #include <random>
 
 #include "hal/arenas/robot_words.hpp"
@@ -18,25 +16,13 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int attempts = 3;
-const std::string own_number = "operator.number";
-// Another attempt would be refused as well.
-constexpr std::string_view final_reasons[] = {"no_peers", "no_permission", "not_armed", "not_for_peers"};
-constexpr std::string_view refused_prefix = "operator.refused.";
-
-// By reason.
-std::map<std::string, std::int64_t> refusals(const lab_status_t& status) {
-  std::map<std::string, std::int64_t> out;
-  for (const counter_t& counter : status.counters)
-    if (counter.name.starts_with(refused_prefix)) out[counter.name.substr(refused_prefix.size())] = counter.value;
-  return out;
-}
 
 }  // namespace
 
 // Of several that claim to be the lab the first is believed; what another lab is told it refuses.
 RunningLab::RunningLab(const hal::BusConfig& bus, const std::string& name, const std::string& own)
     : bus_(bus.url, bus.hear),
-      number_counter_(own_number + (own.empty() ? "" : '.' + own)),
+      other_(!own.empty()),
       statuses_(bus_.subscribe(
           (own.empty() ? "" : name + '/') + hal::channel::status, [this, name](std::string_view, auto bytes) {
             lab_status_t status;
@@ -49,7 +35,6 @@ RunningLab::RunningLab(const hal::BusConfig& bus, const std::string& name, const
             ++statuses_heard_;
             heard_at_ = std::chrono::steady_clock::now();
           })) {
-  if (!own.empty()) return;  // another lab's status crosses each second
   operator_command_t ask{};
   ask.command.command = operator_command_t::ask;
   bus_.publish(operator_channel, ask);
@@ -88,46 +73,37 @@ std::int64_t RunningLab::counter(std::string_view name) const {
 }
 
 std::string RunningLab::tell(std::uint8_t command, const std::function<void(operator_command_t&)>& prove) {
-  const auto before = refusals(status_);
   operator_command_t message{};
   message.lab = status_.lab;
   message.run_id = status_.nonce;
   message.command.command = command;
-  std::string reasons;
-  bool again = true;
-  for (int i = 0; i < attempts && again; ++i) {
-    if (admits(message, prove)) return {};
-    reasons.clear();
-    for (const auto& [reason, n] : refusals(status_)) {
-      if (const auto it = before.find(reason); it != before.end() && it->second == n) continue;
-      reasons += (reasons.empty() ? "" : ", ") + hal::printable(reason, 60);
-      again = again && std::ranges::find(final_reasons, reason) == std::end(final_reasons);
-    }
+  std::random_device device;
+  const auto answer = [&] { return std::ranges::find(status_.answers, message.number, &operator_answer_t::number); };
+  const auto answers = [&] {
+    return answer() != status_.answers.end() || (command == operator_command_t::stop && is_over());
+  };
+  std::string why;
+  for (int i = 0; i < attempts; ++i) {
+    message.clock_us = status_.clock_us;
+    message.number = std::uniform_int_distribution<std::int64_t>()(device);
+    prove(message);
+    bus_.publish(operator_channel, message);
+    if (!comes_to(3400ms, answers)) continue;
+    if (answer() == status_.answers.end() || answer()->refusal.empty()) return {};
+    const std::string& refusal = answer()->refusal;
+    why = fmt::format("{} refused it: {}; it says why, and docs/security.md what to do", name(),
+                      hal::printable(refusal, 60));
+    if (refusal != "too_often" && refusal != "too_old") break;
+    comes_to(1s, [] { return false; });  // it may do it then
   }
-  if (!reasons.empty())
-    return fmt::format("{} refused it: {}; it says why, and docs/security.md what to do", name(), reasons);
-  if (number_counter_ != own_number)
+  if (!why.empty()) return why;
+  if (other_)
     return fmt::format(
         "{} has not answered within 10 s; does this lab's gateway export operator_command, and does {}'s "
         "import it? (docs/security.md)",
         name(), name());
   return fmt::format("{} has not answered within 10 s; its robots are paused by hand with: arkmesh ohc PORT pause",
                      name());
-}
-
-// A status that comes after the message may have been on its way; the second one tells, if the lab heard it.
-bool RunningLab::admits(operator_command_t& message, const std::function<void(operator_command_t&)>& prove) {
-  std::random_device device;
-  const std::int64_t newest = counter(number_counter_);
-  message.clock_us = counter("operator.clock_us");
-  message.number = newest + std::uniform_int_distribution<std::int64_t>(1, number_window)(device);
-  prove(message);
-  bus_.publish(operator_channel, message);
-  const int heard = statuses_heard_;
-  const bool ends = message.command.command == operator_command_t::stop;
-  const auto admitted = [&] { return counter(number_counter_) >= message.number || (ends && is_over()); };
-  comes_to(3400ms, [&] { return admitted() || statuses_heard_ >= heard + 2; });
-  return admitted();
 }
 
 }  // namespace arkmesh::lab

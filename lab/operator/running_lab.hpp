@@ -39,9 +39,8 @@ class RunningLab {
   // Robots should stand, and were seen to, but for those that the lab's safety.missing lets go.
   bool stands() const;
 
-  // Gives it a command until it has admitted it: three times at most, when it seems lost or another operator was
-  // quicker. `prove` fills in the proof. Returns what became of it: nothing when it was admitted, else why not, in one
-  // sentence.
+  // Gives it a command until it answers, three times at most. `prove` fills in the proof. Returns what became of it:
+  // nothing when it was admitted, else why not, in one sentence.
   std::string tell(std::uint8_t command, const std::function<void(operator_command_t&)>& prove);
   // False when it has not come to that in time.
   bool comes_to(std::chrono::milliseconds within, const std::function<bool()>& condition);
@@ -49,12 +48,11 @@ class RunningLab {
   bool is_silent() const { return std::chrono::steady_clock::now() - heard_at_ > std::chrono::seconds(3); }
 
  private:
-  bool admits(operator_command_t& message, const std::function<void(operator_command_t&)>& prove);
   std::vector<hal::NotStanding> not_seen() const;
   std::int64_t counter(std::string_view name) const;
 
   hal::Bus bus_;
-  std::string number_counter_;  // of its status: the newest command of ours
+  const bool other_;  // a peer's, behind gateways
   lab_status_t status_;
   int statuses_heard_ = 0;
   std::chrono::steady_clock::time_point heard_at_{};
