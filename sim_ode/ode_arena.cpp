@@ -23,6 +23,7 @@
 #include "hal/platforms/kilobot/message_registers.hpp"
 #include "hal/robot/thymio.hpp"
 #include "hal/time/pacer.hpp"
+#include "sim_ode/arena_groups.hpp"
 #include "sim_ode/contact_world.hpp"
 #include "sim_ode/host/battery.hpp"
 #include "sim_ode/host/led_lights.hpp"
@@ -41,21 +42,6 @@
 namespace arkmesh::sim_ode {
 namespace {
 
-// What robots are, and how words lie in what their programs hear.
-hal::RobotKind robots_of(Robot robot, const hal::kilobot::WordLayout& layout) {
-  const hal::RobotKind by_layout = hal::kilobot::kind_of(layout, hal::WholeMessages::to_each);
-  if (robot == Robot::kilobot) return by_layout;
-  hal::RobotKind out = hal::thymio();
-  out.max_robot = by_layout.max_robot;
-  out.kinds = by_layout.kinds;
-  out.values = std::min(out.values, by_layout.values);
-  out.id_bits = by_layout.id_bits;
-  out.kind_bits = by_layout.kind_bits;
-  out.message_type = by_layout.message_type;
-  out.lights = by_layout.lights;  // as its programs mix them
-  return out;
-}
-
 class OdeArena final : public SimulatedArena {
  public:
   OdeArena(const hal::ArenaConfig& config, const hal::kilobot::WordLayout& layout, const Settings& settings,
@@ -63,7 +49,7 @@ class OdeArena final : public SimulatedArena {
            std::vector<RobotProfile> profiles, const std::string& lab, std::uint64_t seed,
            const SimulatedArenaOptions& options)
       : settings_(settings),
-        info_(make_info(config, settings, layout, solids, lab)),
+        info_(info_of(config, settings, layout, solids, lab)),
         poses_(counters_),
         registers_(info_, counters_),
         motors_(settings, std::move(profiles), lab, seed),
@@ -202,24 +188,6 @@ class OdeArena final : public SimulatedArena {
   }
 
  private:
-  static hal::ArenaInfo make_info(const hal::ArenaConfig& config, const Settings& settings,
-                                  const hal::kilobot::WordLayout& layout, const hal::Solids& solids,
-                                  const std::string& lab) {
-    hal::ArenaInfo info{robots_of(settings.robot, layout)};
-    info.name = lab;
-    info.platform = settings.infrared == InfraredRules::argos ? "ode (infrared: argos)" : "ode";
-    info.width_m = config.width_m;
-    info.height_m = config.height_m;
-    info.can_wait = config.pace == 0;
-    info.obstacles = solids.obstacles;
-    info.objects = solids.objects;
-    info.frame_period = config.frame_period;
-    info.robots.assign(settings.ids.begin(), settings.ids.end());
-    for (int i = 0; info.robots.size() < static_cast<std::size_t>(config.robots); ++i)
-      info.robots.push_back(static_cast<hal::RobotId>(i));
-    return info;
-  }
-
   RobotOutput output_of(const SimulatedArenaOptions& options) const {
     RobotOutput out = options.output;
     for (const hal::RobotId id : info_.robots) out.names.push_back(std::to_string(id));
@@ -344,98 +312,6 @@ class OdeArena final : public SimulatedArena {
   std::string lost_;                                      // why the arena is lost for good
 };
 
-// The keys of a group, or of the robots that are in none.
-hal::Section keys_for(const hal::Section& ode, const GroupSettings& group) {
-  return group.table < 0 ? ode : ode.section("group", group.table);
-}
-
-// A single id is that of the first robot.
-void count_on(std::vector<std::int64_t>& ids, int robots, const hal::Section& keys) {
-  if (ids.size() == 1)
-    while (static_cast<int>(ids.size()) < robots) ids.push_back(ids.back() + 1);
-  if (static_cast<int>(ids.size()) != robots || (robots > 0 && ids.back() > 0xFFFF))
-    keys.refuse("ids", fmt::format("must be {} ids up to 65535, or the first of them", robots));
-}
-
-// Gives each robot its id, if any is stated, and puts groups into the order of their ids.
-void number_robots(const hal::Section& ode, Settings& settings, std::vector<GroupSettings>& groups,
-                   SimulatedArenaOptions& options) {
-  if (settings.ids.empty() && std::ranges::all_of(groups, [](const GroupSettings& g) { return g.ids.empty(); })) return;
-  if (!options.ids.empty()) ode.refuse("ids", "is not for emulated robots; arena.emulator.ids says what theirs are");
-  int common = 0;
-  for (const GroupSettings& group : groups) common += group.ids.empty() ? group.robots : 0;
-  if (settings.ids.empty() && common > 0) settings.ids = {0};
-  count_on(settings.ids, common, ode);
-  auto next = settings.ids.begin();
-  for (GroupSettings& group : groups) {
-    if (group.ids.empty())
-      group.ids.assign(next, next + group.robots), next += group.robots;
-    else
-      count_on(group.ids, group.robots, keys_for(ode, group));
-  }
-  std::ranges::stable_sort(groups, {}, [](const GroupSettings& group) { return group.ids.front(); });
-  std::vector<std::int64_t> all;
-  for (const GroupSettings& group : groups) {
-    if (!all.empty() && group.ids.front() <= all.back())
-      keys_for(ode, group)
-          .refuse("ids", fmt::format("begin with {}, and another group's end with {}; all of a group "
-                                     "must be below or above all of another",
-                                     group.ids.front(), all.back()));
-    all.insert(all.end(), group.ids.begin(), group.ids.end());
-  }
-  options.ids.assign(all.begin(), all.end());
-  settings.ids = std::move(all);
-}
-
-// All robots of the arena: its groups, and last those that are in none. Throws ConfigError.
-std::vector<GroupSettings> groups_of(const hal::Section& ode, const Settings& settings, int robots) {
-  std::vector<GroupSettings> out = settings.groups;
-  int rest = robots;
-  for (std::size_t i = 0; i < out.size(); ++i)
-    if ((rest -= out[i].robots) < 0)
-      ode.section("group", static_cast<int>(i))
-          .refuse("robots", fmt::format("makes more than the arena's {}; take fewer, or more in arena.robots",
-                                        hal::counted(robots, "robot")));
-  if (rest == 0 && !out.empty()) {
-    if (!settings.start_poses.empty())
-      ode.refuse("start_poses", "are of robots in no group, and there are none; remove it");
-    return out;
-  }
-  if (settings.controller.empty())
-    ode.refuse("controller", "is missing, and some robots are in no group; name the C file");
-  out.push_back({settings, rest, settings.controller, settings.loops_per_tick, {}});
-  return out;
-}
-
-// Where they start. Throws ConfigError.
-std::vector<hal::Pose> start_of(const hal::ArenaConfig& config, const std::vector<GroupSettings>& groups,
-                                const hal::Section& ode, const SolidBodies& furniture, const std::string& lab,
-                                std::uint64_t seed) {
-  const auto keys = [&](std::size_t i) { return keys_for(ode, groups[i]); };
-  std::vector<hal::Pose> given;
-  for (std::size_t i = 0; i < groups.size(); ++i) {
-    const std::vector<hal::Pose>& poses = groups[i].start_poses;
-    if (!poses.empty() && static_cast<int>(poses.size()) != groups[i].robots)
-      keys(i).refuse("start_poses",
-                     fmt::format("holds {} for {}; give each robot x, y, heading", hal::counted(poses.size(), "place"),
-                                 hal::counted(groups[i].robots, "robot")));
-    given.insert(given.end(), poses.begin(), poses.end());
-  }
-  StartPlaces places(config.width_m, config.height_m, furniture, given);
-  for (std::size_t i = 0; i < groups.size(); ++i) {
-    hal::RandomStream chance(seed, lab + "/ode/start", static_cast<std::uint64_t>(groups[i].table + 1));
-    if (!places.add(groups[i].robots, groups[i], chance))
-      keys(i).refuse(groups[i].start_at.empty() ? "start" : "start_at",
-                     fmt::format("has no room for {}; make the region or the arena larger, or take fewer",
-                                 hal::counted(groups[i].robots, "robot")));
-    if (groups[i].start_poses.empty()) continue;
-    if (const std::string error = error_with(places.poses(), config.width_m, config.height_m, furniture);
-        !error.empty())
-      keys(i).refuse("start_poses", error);
-  }
-  return places.poses();
-}
-
 std::unique_ptr<OdeArena> make(
     const hal::Section& arena, const std::string& lab, std::uint64_t seed, const SimulatedArenaOptions& given,
     const std::filesystem::path& program = {}, const std::function<void()>& all_read = [] {}) {
@@ -455,7 +331,7 @@ std::unique_ptr<OdeArena> make(
     ode.refuse("robot", "must be \"kilobot\" for emulated robots, which cameras see by their LED; remove it");
   SimulatedArenaOptions options = given;
   std::vector<GroupSettings> groups = groups_of(ode, settings, config.robots);
-  number_robots(ode, settings, groups, options);
+  number_robots(ode, settings, groups, options.ids);
   const std::vector<hal::Pose> start = start_of(config, groups, ode, furniture, lab, seed);
 
   std::vector<RobotProfile> profiles = profiles_of(settings, arena.section("ode"), config.robots, lab, seed);
@@ -475,38 +351,6 @@ std::unique_ptr<OdeArena> make(
 }
 
 }  // namespace
-
-ProgramSources program_of(const hal::Section& arena) {
-  return read_settings(arena).controller;
-}
-
-ProgramSources program_of(const hal::Section& arena, int robot) {
-  Settings settings = read_settings(arena);
-  const hal::Section ode = arena.section("ode");
-  std::vector<GroupSettings> groups =
-      groups_of(ode, settings, hal::read_arena_config(arena, hal::kilobot::body_radius_m).robots);
-  SimulatedArenaOptions ids;
-  number_robots(ode, settings, groups, ids);
-  auto group = groups.begin();
-  for (; robot >= group->robots; ++group) robot -= group->robots;
-  return group->controller;
-}
-
-std::vector<std::filesystem::path> program_files(const hal::Section& arena) {
-  try {
-    const Settings settings = read_settings(arena);
-    std::vector<std::filesystem::path> out;
-    const auto add = [&](const ProgramSources& program) {
-      for (std::filesystem::path& file : files_with_headers(program))
-        if (std::ranges::find(out, file) == out.end()) out.push_back(std::move(file));
-    };
-    if (!settings.controller.empty()) add(settings.controller);
-    for (const GroupSettings& group : settings.groups) add(group.controller);
-    return out;
-  } catch (const ProgramError& error) {
-    arena.section("ode").refuse("controller", error.what());
-  }
-}
 
 hal::ArenaRow ode_arena_row(std::function<TurnLog*(const std::string& lab)> log) {
   return {"ode",

@@ -16,7 +16,8 @@ struct SetPoint {
 // The register of set points, of robots that can be driven. In others it is one like any other.
 inline constexpr std::uint8_t set_point_slot = 255;
 
-// In force until the next one, until the robot's own program moves the wheels, or until the robots pause. Speeds beyond
+// In force until the next one, or until the robot's own program moves the wheels; while robots pause they stand. Speeds
+// beyond
 // +-2047 mm/s are cut.
 ToRobot to_robot(RobotId robot, const SetPoint& wheels);
 // Nothing: a word of the scenario, or no robot that can be driven. Speeds are those it can reach.
