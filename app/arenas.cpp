@@ -11,6 +11,7 @@
 #include "sim_ode/ode_arena.hpp"
 #if ARKMESH_CAMERAS
 #include "emulator/emulated_arena.hpp"
+#include "testbed/aseba_row.hpp"
 #include "testbed/kilobot_row.hpp"
 #endif
 
@@ -21,10 +22,12 @@ std::vector<hal::ArenaRow>& arena_rows() {
     sim_ode::ode_arena_row(),
 #if ARKMESH_CAMERAS
     testbed::kilobot_arena_row(),
+    testbed::aseba_arena_row(),
     emulator::emulated_arena_row(),
 #else
     // Known by name, for whoever reads a lab's file without them.
     {"kilobot", {"kilobot"}, hal::ArenaRow::Robots::real, nullptr},
+    {"aseba", {"aseba"}, hal::ArenaRow::Robots::real, nullptr},
     {"emulated", {"emulated", "kilobot"}, hal::ArenaRow::Robots::simulated, nullptr},
 #endif
     hal::log_arena_row(),

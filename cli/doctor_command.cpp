@@ -51,7 +51,8 @@ void add_doctor_command(CLI::App* command, std::vector<hal::Finding> (*examine_t
       const hal::Config config = hal::Config::from_file(*file, *sets);
       problems += say(app::lab_ports(config.root(), route.problem.empty()));
       const hal::Section arena = config.root().section("arena");
-      if (examine_testbed && arena.get("use", std::string("ode")) == "kilobot") problems += say(examine_testbed(arena));
+      const std::string use = arena.get("use", std::string("ode"));
+      if (examine_testbed && (use == "kilobot" || use == "aseba")) problems += say(examine_testbed(arena));
     }
     fmt::print("{}\n", problems == 0   ? "Nothing is wrong."
                        : problems == 1 ? "1 problem."

@@ -37,7 +37,7 @@ bool is_own(std::string_view name) {
 
 // Whether a lab with this arena.use is run by arkmesh-testbed only.
 bool needs_cameras(std::string_view arena) {
-  return arena == "kilobot" || arena == "emulated";
+  return arena == "kilobot" || arena == "emulated" || arena == "aseba";
 }
 
 // Where Debian packages put programs, and which of ours has this one (scripts/package).

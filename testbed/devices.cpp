@@ -14,6 +14,7 @@
 #include "hal/platforms/kilobot/port_lock.hpp"
 #include "hal/platforms/kilobot/robot_ids.hpp"
 #include "hal/time/loop_time.hpp"
+#include "testbed/aseba_row.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "tracker/camera/live_camera.hpp"
 #include "tracker/camera/source.hpp"
@@ -53,7 +54,22 @@ Finding controller(const std::string& port) {
   return finding;
 }
 
-Finding camera(const CameraSettings& settings, std::size_t number, std::size_t all) {
+// Whether messages in the lab's layout can name all of its robots.
+Finding ids(const hal::Section& arena) {
+  Finding finding{"ids of the robots", "", "correct the lab's file"};
+  try {
+    const hal::kilobot::WordLayout layout = hal::kilobot::read_layout(arena);
+    finding.what += ", in layout " + name_of(layout);
+    hal::kilobot::read_robot_ids(arena, layout);
+  } catch (const hal::ConfigError& wrong) {
+    finding.problem = wrong.what();
+  }
+  return finding;
+}
+
+}  // namespace
+
+Finding find_camera(const CameraSettings& settings, std::size_t number, std::size_t all) {
   const std::string& source = settings.source;
   const fs::path& calibration = settings.calibration;
   Finding finding{"camera " + source, "", "look at it with: arkmesh track " + source + " --serve 8095"};
@@ -83,26 +99,12 @@ Finding camera(const CameraSettings& settings, std::size_t number, std::size_t a
   return finding;
 }
 
-// Whether messages in the lab's layout can name all of its robots.
-Finding ids(const hal::Section& arena) {
-  Finding finding{"ids of the robots", "", "correct the lab's file"};
-  try {
-    const hal::kilobot::WordLayout layout = hal::kilobot::read_layout(arena);
-    finding.what += ", in layout " + name_of(layout);
-    hal::kilobot::read_robot_ids(arena, layout);
-  } catch (const hal::ConfigError& wrong) {
-    finding.problem = wrong.what();
-  }
-  return finding;
-}
-
-}  // namespace
-
 std::vector<hal::Finding> find_devices(const hal::Section& arena) {
+  if (arena.get("use", std::string()) == "aseba") return find_nodes(arena);
   const hal::Section kilobot = arena.section("kilobot");
   std::vector<Finding> findings{ids(arena), controller(kilobot.get("port", std::string(), {.required = true}))};
   const std::vector<CameraSettings> all = read_cameras(kilobot);
-  for (std::size_t i = 0; i < all.size(); ++i) findings.push_back(camera(all[i], i, all.size()));
+  for (std::size_t i = 0; i < all.size(); ++i) findings.push_back(find_camera(all[i], i, all.size()));
   return findings;
 }
 

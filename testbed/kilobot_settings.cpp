@@ -16,11 +16,8 @@
 #include "tracker/camera/source.hpp"
 
 namespace arkmesh::testbed {
-namespace {
-
-// The key of each camera's table that is wrong is refused there.
-tracker::NamedCamera calibration_of(const hal::Section& section, const CameraSettings& camera, std::size_t number,
-                                    std::size_t all, const hal::ArenaConfig& arena) {
+tracker::NamedCamera placed_calibration(const hal::Section& section, const CameraSettings& camera, std::size_t number,
+                                        std::size_t all, const hal::ArenaConfig& arena) {
   if (tracker::source_kind(camera.source) == tracker::SourceKind::recording)
     section.refuse(
         "source",
@@ -39,6 +36,8 @@ tracker::NamedCamera calibration_of(const hal::Section& section, const CameraSet
     section.refuse("calibration", wrong.what());
   }
 }
+
+namespace {
 
 // Of a robots_file; what else is in it is the simulator's.
 struct RobotLed {
@@ -135,7 +134,7 @@ KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::stri
   if (cameras > 4) kilobot.refuse("cameras", fmt::format("there are {} cameras; at most four can be used", cameras));
   for (std::size_t i = 0; i < cameras; ++i) {
     tracker::NamedCamera calibrated =
-        calibration_of(kilobot.section("cameras", static_cast<int>(i)), out.cameras[i], i, cameras, config);
+        placed_calibration(kilobot.section("cameras", static_cast<int>(i)), out.cameras[i], i, cameras, config);
     out.calibrations.emplace_back(std::move(calibrated.data));
     out.landmarks.push_back(std::move(calibrated.landmarks));
   }

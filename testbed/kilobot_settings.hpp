@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/arenas/arena_config.hpp"
 #include "hal/config/config.hpp"
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 #include "testbed/kilobot_tracking.hpp"
@@ -53,6 +54,10 @@ std::map<hal::RobotId, tracker::LedOffset> read_led_offsets(const std::filesyste
 // The cameras that are named, whether or not their calibration is there. Throws ConfigError.
 std::vector<CameraSettings> read_cameras(const hal::Section& kilobot);
 
+// The calibration of camera `number` of `all`, for an arena of that size; `section` is its table, in which what is
+// wrong is refused by its key.
+tracker::NamedCamera placed_calibration(const hal::Section& section, const CameraSettings& camera, std::size_t number,
+                                        std::size_t all, const hal::ArenaConfig& arena);
 // The calibration of camera `number` of `all`. Throws std::runtime_error with one sentence.
 tracker::NamedCamera read_calibration_of(const CameraSettings& camera, std::size_t number, std::size_t all);
 
