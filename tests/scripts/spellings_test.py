@@ -112,7 +112,7 @@ class Spellings(unittest.TestCase):
                 words = words.replace(path, "PATH")
             return words
 
-        text = "\n".join(line for line in plain(text).splitlines() if not re.search(r"\d x\)|\dx\)|\dx  eta|built in|wall|see it at|TCP port|  period \d| in \d+(\.\d+)? s", line))
+        text = "\n".join(line for line in plain(text).splitlines() if not re.search(r"\d x\)|\dx\)|\dx  eta|built in|wall|see it at|TCP port|  period \d| in \d+(\.\d+)? s|\d/\d+ runs", line))
         files = sorted(path for path in [self.folder / out, *(self.folder / out).rglob("*")] if path.is_file())
         return code, text, {plain(str(path.relative_to(self.folder))): path.read_bytes() for path in files if path.suffix in (".csv", ".yaml")}, [plain(str(path)) for path in files]
 
