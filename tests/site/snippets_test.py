@@ -30,7 +30,7 @@ NOT_RUN = {
     ("writing-a-scenario-in-cpp.md", "scripts/build --install ~/arkmesh          # once; then PATH is to have ~/arkmesh/bin"):
         "takes minutes; install_test.py installs, and builds such a scenario",
     ("your-first-testbed.md", "arkmesh assign-ids lab.toml            # with hal/platforms/kilobot/firmware/assign_ids.c on the robots"):
-        "takes seven minutes, and wants three programs on the robots; the test program testbed does it",
+        "takes twelve minutes, and wants four programs on the robots; the test program testbed and scripts/measure fit_hidden do it",
 }
 # What a page takes for granted: made before it is read.
 EMULATOR = "arkmesh emulator experiments/emulator/roark.toml --set arena.ode.overhead_loss=0 >emulator.log 2>&1 & wait_for emulator.log\n"
