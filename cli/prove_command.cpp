@@ -112,10 +112,11 @@ void add_prove_command(CLI::App& controller) {
   options->light = "0.3,0";
   options->add_to(*command);
   CLI::Option* const program = command->get_option("PROGRAM")->required(false);
+  const std::vector<CLI::Option*> of_swarm = command->get_options();
   CLI::Option* const run =
       command->add_option("--run", options->run, "With what a robot got in this recorded run of simulated robots")
-          ->check(CLI::ExistingPath)
-          ->excludes(program);
+          ->check(CLI::ExistingPath);
+  for (CLI::Option* option : of_swarm) run->excludes(option);
   command->add_option("--robot", options->robot, "That robot's id")->needs(run)->capture_default_str();
   command->add_option("--lab", options->lab, "Its lab, when the run has several")->needs(run);
   command

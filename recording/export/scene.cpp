@@ -54,7 +54,7 @@ constexpr double place_step = 1.0 / (1 << 17), heading_step = 1.0 / (1 << 13), t
 struct Robot {
   float x = 0, y = 0, z = 0, heading = 0;
   std::uint16_t id = 0;
-  std::uint8_t led = 8, red = 0, green = 0, blue = 0, alpha = 255, part = 0;
+  std::uint8_t led = 8, red = 0, green = 0, blue = 0, alpha = 255, unused = 0;
 };
 struct RobotField {
   const char* name;

@@ -65,6 +65,16 @@ class Fit(unittest.TestCase):
         self.assertIn("fit_check: different: change of turn", self.arkmesh("fit", "check", "real", "wrong", "--png", "wrong.pdf", ends_with=1))
         self.assertTrue((self.folder / "wrong.pdf").read_bytes().startswith(b"%PDF"))
 
+    def test_standing_robots(self):
+        """Robots that stand in one run only are different, and two runs in which nobody moves cannot be compared."""
+        (self.folder / "stands.c").write_text("#include <kilolib.h>\nvoid setup() {}\nvoid loop() {}\nint main() { kilo_init(); kilo_start(setup, loop); return 0; }\n")
+        self.run_lab("real", 1, seconds=80)
+        for name, seed in (("still", 2), ("still too", 3)):
+            (self.folder / f"{name}.toml").write_text(LAB.format(seed=seed, preset="measured", more="", root=ROOT, seconds=80).replace(f"{ROOT}/hal/platforms/kilobot/firmware/fit_robots.c", "stands.c"))
+            self.arkmesh("run", f"{name}.toml", "--out", name)
+        self.assertIn("fit_check: different: squared displacement", self.arkmesh("fit", "check", "real", "still", ends_with=1))
+        self.assertIn("nothing can be compared", self.arkmesh("fit", "check", "still", "still too", ends_with=1))
+
     def test_wrong_input(self):
         """One sentence each: a folder without a recording, a table that is none, an empty table, too short a run."""
         (self.folder / "empty").mkdir()

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "hal/arenas/inside_arena.hpp"
 #include "hal/arenas/newest_frame.hpp"
 #include "hal/arenas/robot_words.hpp"
 #include "hal/arenas/stand_judge.hpp"
@@ -183,16 +183,7 @@ class AsebaArena final : public Arena {
   void put(PoseFrame frame) {
     frame.stamp = frames_ * info_.frame_period;
     frame.number = static_cast<std::uint32_t>(frames_++);
-    // a robot at the wall may be measured a little beyond it; farther out it is not in the arena
-    const double far_x_m = info_.width_m / 2, far_y_m = info_.height_m / 2;
-    std::erase_if(frame.robots, [&](Observation& seen) {
-      const bool outside = !(std::abs(seen.pose.x_m) <= far_x_m + info_.body_radius_m &&
-                             std::abs(seen.pose.y_m) <= far_y_m + info_.body_radius_m);
-      if (outside) own_counters_.add("poses.refused.outside");
-      seen.pose.x_m = std::clamp(seen.pose.x_m, -far_x_m, far_x_m);
-      seen.pose.y_m = std::clamp(seen.pose.y_m, -far_y_m, far_y_m);
-      return outside;
-    });
+    keep_inside(frame, info_, own_counters_);
     poses_.put(std::move(frame));
   }
 

@@ -7,13 +7,13 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <iterator>
 #include <optional>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
+#include "hal/arenas/inside_arena.hpp"
 #include "hal/arenas/newest_frame.hpp"
 #include "hal/arenas/robot_words.hpp"
 #include "hal/arenas/stand_judge.hpp"
@@ -342,20 +342,7 @@ class KilobotArena final : public Arena {
     seen_at_ = stamp;
     frame.stamp = stamp;
     frame.number = static_cast<std::uint32_t>(frames_++);
-    // a robot at the wall may be measured a little beyond it; farther out it is not in the arena
-    const double far_x_m = info_.width_m / 2, far_y_m = info_.height_m / 2;
-    std::erase_if(frame.robots, [&](Observation& seen) {
-      const char* refused = nullptr;
-      if (!std::ranges::binary_search(info_.robots, seen.robot))
-        refused = "poses.refused.unknown_robot";
-      else if (!(std::abs(seen.pose.x_m) <= far_x_m + info_.body_radius_m &&
-                 std::abs(seen.pose.y_m) <= far_y_m + info_.body_radius_m))
-        refused = "poses.refused.outside";
-      if (refused) own_counters_.add(refused);
-      seen.pose.x_m = std::clamp(seen.pose.x_m, -far_x_m, far_x_m);
-      seen.pose.y_m = std::clamp(seen.pose.y_m, -far_y_m, far_y_m);
-      return refused != nullptr;
-    });
+    keep_inside(frame, info_, own_counters_);
     poses_.put(std::move(frame));
   }
 

@@ -30,7 +30,8 @@ namespace fs = std::filesystem;
 fs::path emulator(const fs::path& scratch) {
   const fs::path source = silicon_folder() / "emulator.c";
   ContentHash hash;  // of its parts, too
-  for (const char* part : {"emulator.c", "calls.h", "log.h", "state.h"}) hash.add(read_source(silicon_folder() / part));
+  for (const char* part : {"calls.h", "log.h", "state.h"}) hash.add(read_source(silicon_folder() / part));
+  hash.add(read_source(source));
   const fs::path cache = ProgramCache::folder_of_user();
   const fs::path kept = cache.empty() ? fs::path() : cache / ("emulator-" + hash.name());
   std::error_code error;
