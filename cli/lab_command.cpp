@@ -55,6 +55,8 @@ int say_end(const lab::Runner& runner, const LabToRun& what, ProgressLine& progr
   fmt::print("lab {} finished: {}, final hash {}, results in {}\n", what.name, hal::counted(runner.period(), "period"),
              lab::hash_text(runner.final_hash()), what.directory.string());
   for (const std::string& note : hal::loss_words(runner.drops(), "arena.")) fmt::print("lab {}: {}\n", what.name, note);
+  if (const std::string words = hal::tracking_words(runner.drops(), "arena."); !words.empty())
+    fmt::print("lab {}: {}\n", what.name, words);
   std::fflush(stdout);
   return code;
 }

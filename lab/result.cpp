@@ -150,6 +150,8 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
   j["counters"] = nlohmann::json::object();
   const hal::Counters counters = run.drops();
   j["notes"] = hal::loss_words(counters, "arena.");
+  if (std::string words = hal::tracking_words(counters, "arena."); !words.empty())
+    j["notes"].push_back(std::move(words));
   for (const auto& [name, n] : counters.all()) {
     j["counters"][name] = n;
     if (n > 0 && hal::is_loss(name)) j["drops"][name] = n;

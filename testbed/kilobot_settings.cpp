@@ -122,6 +122,8 @@ KilobotSettings read_kilobot_settings(const hal::Section& arena, const std::stri
   const std::size_t cameras = out.cameras.size();
   if (emulated_cameras && cameras != *emulated_cameras)
     kilobot.refuse("cameras", fmt::format("must be as many as the emulator's, which has {}", *emulated_cameras));
+  out.tracking.following.half_width_m = out.arena.info.width_m / 2;
+  out.tracking.following.half_height_m = out.arena.info.height_m / 2;
   out.tracking.following.led_offset_rad = out.led_offset_deg * std::numbers::pi / 180;
   if (!out.robots_file.empty()) {
     if (!std::filesystem::exists(out.robots_file)) kilobot.refuse("robots_file", "there is no such file");

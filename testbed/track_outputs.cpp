@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "hal/arenas/messages.hpp"
+#include "hal/bus/loss.hpp"
 #include "hal/counted.hpp"
 #include "hal/overlay/led_name.hpp"
 #include "hal/platforms/kilobot/body.hpp"
@@ -116,6 +117,7 @@ void TrackOutputs::finish(const tracker::TableTracker& tracker) {
   fmt::print("{}, {} at the end, at most {}\n", hal::counted(pictures_, "picture"), hal::counted(robots_, "robot"),
              most_);
   for (const auto& [name, total] : tracker.counters().all()) fmt::print("  {:<24} {}\n", name, total);
+  if (const std::string words = hal::tracking_words(tracker.counters()); !words.empty()) fmt::print("{}\n", words);
 }
 
 void TrackOutputs::write_rows(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks,

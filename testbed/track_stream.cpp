@@ -70,8 +70,10 @@ tracker::TableTracker make_tracker(const StreamOptions& options,
   tracker::TableSettings settings = kilobot_tracking();
   settings.following.led_offset_rad = options.led_offset_deg * std::numbers::pi / 180;
   if (options.diameter_px > 0) settings.detection.diameter_px = options.diameter_px;
-  if (calibration) return tracker::TableTracker({tracker::Calibration(*calibration)}, settings);
-  return tracker::TableTracker(settings);
+  if (!calibration) return tracker::TableTracker(settings);
+  settings.following.half_width_m = calibration->arena_width_m / 2;
+  settings.following.half_height_m = calibration->arena_height_m / 2;
+  return tracker::TableTracker({tracker::Calibration(*calibration)}, settings);
 }
 
 void refuse_other_size(const StreamOptions& options, const std::optional<tracker::CameraData>& calibration,

@@ -4,6 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
+
+#include "hal/counted.hpp"
 
 namespace arkmesh::hal {
 
@@ -54,6 +58,22 @@ std::vector<std::string> loss_words(const Counters& counters, const std::string&
         "controller's airtime; say less, or less often",
         replaced, offered, 100.0 * static_cast<double>(offered) / static_cast<double>(offered - replaced)));
   return out;
+}
+
+std::string tracking_words(const Counters& counters, const std::string& prefix) {
+  const auto root_mean = [&](const std::string& what, const char* sum, double unit) {
+    return std::sqrt(static_cast<double>(counters[prefix + what + sum]) * unit /
+                     static_cast<double>(counters[prefix + what]));
+  };
+  if (counters[prefix + "track.places"] == 0) return {};
+  std::string words = fmt::format(
+      "followed robots were seen {:.2f} mm from where their motion let expect them, {:.2f} times as far as stated",
+      root_mean("track.places", ".off_um2", 1e-6), root_mean("track.places", ".misfit", 0.01));
+  if (counters[prefix + "track.headings"] > 0)
+    words += fmt::format("; their LEDs {:.1f} degrees, {:.2f} times",
+                         root_mean("track.headings", ".off_mrad2", 1e-6) * 180 / std::numbers::pi,
+                         root_mean("track.headings", ".misfit", 0.01));
+  return words + fmt::format("; {} had been taken for another", counted(counters[prefix + "track.renamed"], "robot"));
 }
 
 }  // namespace arkmesh::hal

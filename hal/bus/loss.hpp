@@ -17,4 +17,7 @@ bool is_loss(std::string_view name);
 // before the arena's own counters. Empty: nothing much was lost.
 std::vector<std::string> loss_words(const Counters& counters, const std::string& prefix = {});
 
+// How well cameras followed the robots, in a sentence; empty where none did. `prefix` as above.
+std::string tracking_words(const Counters& counters, const std::string& prefix = {});
+
 }  // namespace arkmesh::hal

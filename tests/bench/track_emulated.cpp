@@ -3,8 +3,10 @@
 // taken from the truth, as tests/support/emulated/tracking_referee.hpp says.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
@@ -83,6 +85,11 @@ void print(const tests::TrackingScore& score) {
              1000 * score.sum_x_m / seen, 1000 * score.sum_y_m / seen, 1000 * score.max_m);
   fmt::print("  heading RMS, LED on   {:.2f} degrees ({} looks)\n", score.heading_rms_deg(), score.headings);
   fmt::print("  (error / stated)^2    {:.2f}, each robot counted once\n", score.stated_square());
+  for (std::size_t i = 0; i < 2; ++i)
+    if (const auto& dark = score.dark[i]; dark.headings > 0)
+      fmt::print("  heading RMS, LED off  {:.1f} degrees, (error / stated)^2 {:.2f}, {} ({} looks)\n",
+                 std::sqrt(dark.square_rad / static_cast<double>(dark.headings)) * 180 / std::numbers::pi,
+                 dark.stated_square / static_cast<double>(dark.headings), i == 0 ? "free" : "touching", dark.headings);
   fmt::print("  LED colour right      {:.2f} % of those seen\n", score.led_right_percent());
   constexpr std::string_view names[] = {"off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"};
   for (std::size_t is = 0; is < 8; ++is) {
@@ -98,6 +105,8 @@ int measure(const Options& options) {
   emulator::Emulator emulator(config.root());
   tracker::TableSettings settings = testbed::kilobot_tracking();
   settings.expected_robots = static_cast<std::size_t>(emulator.robots());
+  settings.following.half_width_m = emulator.config().scene.width_m / 2;
+  settings.following.half_height_m = emulator.config().scene.height_m / 2;
   if (!options.robots.empty()) settings.following.led_offsets = testbed::read_led_offsets(options.robots);
   tracker::TableTracker table(calibrations_of(emulator, options), settings);
 

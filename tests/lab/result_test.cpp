@@ -115,6 +115,25 @@ TEST_CASE("words say which messages were mostly lost, with reason and cause, and
        "358 of 458 words to robots replaced by newer ones before they were sent: they need 458 % of the overhead");
 }
 
+TEST_CASE("a run with cameras ends with how well they followed the robots") {
+  // Proves the roots of the means, and that nothing is said where nobody was followed.
+  hal::Counters counters;
+  CHECK(hal::tracking_words(counters, "arena.").empty());
+  counters.set("arena.track.places", 100);
+  counters.set("arena.track.places.off_um2", 16'000'000);
+  counters.set("arena.track.places.misfit", 2'500);
+  CHECK(hal::tracking_words(counters, "arena.") ==
+        "followed robots were seen 0.40 mm from where their motion let expect them, 0.50 times as far as stated; "
+        "0 robots had been taken for another");
+  counters.set("arena.track.headings", 50);
+  counters.set("arena.track.headings.off_mrad2", 125'000);
+  counters.set("arena.track.headings.misfit", 20'000);
+  counters.set("arena.track.renamed", 1);
+  CHECK(hal::tracking_words(counters, "arena.") ==
+        "followed robots were seen 0.40 mm from where their motion let expect them, 0.50 times as far as stated; their "
+        "LEDs 2.9 degrees, 2.00 times; 1 robot had been taken for another");
+}
+
 TEST_CASE("a joint result failed when any lab did, else it was stopped when any lab was, and names the lab") {
   const auto one = [](const std::string& name, hal::Outcome outcome, const std::string& why) {
     json lab = {{"lab", name}};

@@ -154,3 +154,39 @@ TEST_CASE("the last heading fades while nothing is seen") {
   CHECK(motion.heading_sigma_rad() == doctest::Approx(std::numbers::pi));
   CHECK(std::isfinite(motion.pose().x_m));
 }
+
+TEST_CASE("a robot that a wall holds in the dark loses its heading, and says so") {
+  // Proves that what a wall does to a robot is not taken for what its motors do: it turns while its centre stands.
+  for (const bool touching : {true, false}) {
+    Walker walker;
+    Motion motion(0, 0, 0.0005, kilobot);
+    motion.see_heading(0, 5 * degree);
+    for (int i = 0; i < 30; ++i) frame(walker, motion, 0.01, 0);
+    double worst = 0;
+    for (int i = 0; i < 40; ++i) {
+      walker.heading_rad = wrapped(walker.heading_rad + 0.4 * frame_s);
+      motion.predict(frame_s, touching);
+      walker.show_place(motion);
+      worst = std::max(worst, walker.off_degrees(motion) * degree / motion.heading_sigma_rad());
+    }
+    CAPTURE(touching);
+    CAPTURE(worst);
+    CHECK((worst < 2.5) == touching);
+  }
+}
+
+TEST_CASE("a robot that is pushed backwards is not taken for one seen the wrong way round") {
+  // Proves that only a robot that touches nothing is turned round: Kilobots do not drive backwards by themselves.
+  for (const bool touching : {true, false}) {
+    Walker walker;
+    Motion motion(0, 0, 0.0005, kilobot);
+    motion.see_heading(0, 5 * degree);
+    for (int i = 0; i < 30; ++i) {
+      walker.x_m -= 0.01 * frame_s;
+      motion.predict(frame_s, touching);
+      walker.show_place(motion);
+    }
+    CAPTURE(touching);
+    CHECK((walker.off_degrees(motion) < 60) == touching);
+  }
+}

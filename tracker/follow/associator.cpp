@@ -16,6 +16,7 @@ constexpr std::uint32_t times_to_believe = 3;  // one less clear must be repeate
 constexpr float settled_confidence = 0.4f;     // below it (after a gap and one weak observation) nobody acts on the id
 constexpr hal::LabTime keep_led{1'000'000};    // the last certain colour, while it cannot be told
 constexpr float certain_led = 0.5f;            // colours less certain than this change nothing
+constexpr std::uint32_t settled_after = 10;    // observations: from then on motion is expected to be known
 
 double seconds(hal::LabTime t) {
   return static_cast<double>(t.count()) * 1e-6;
@@ -40,6 +41,26 @@ std::vector<Prospect> Associator::prospects(hal::LabTime now) const {
     all.push_back({followed.track.number, ahead.pose().x_m, ahead.pose().y_m, reach_m(followed, now)});
   }
   return all;
+}
+
+// As far as places tell: within an eighth of a body.
+void Associator::find_touching() {
+  const double near_m = settings_.diameter_m * 1.125, wall_m = settings_.diameter_m * 0.625;
+  for (auto a = followed_.begin(); a != followed_.end(); ++a) {
+    const hal::Pose at = a->motion.pose();
+    a->touching =
+        std::abs(at.x_m) > settings_.half_width_m - wall_m || std::abs(at.y_m) > settings_.half_height_m - wall_m;
+    for (auto b = followed_.begin(); b != a; ++b) {
+      const hal::Pose other = b->motion.pose();
+      const double along_x = other.x_m - at.x_m, along_y = other.y_m - at.y_m;
+      if (along_x * along_x + along_y * along_y < near_m * near_m) a->touching = b->touching = true;
+    }
+  }
+}
+
+bool Associator::touches(TrackNumber track) const {
+  const auto at = std::ranges::find(followed_, track, [](const Followed& one) { return one.track.number; });
+  return at != followed_.end() && at->touching;
 }
 
 // How much likelier it is that the track was seen there than that it was missed and a stranger came: logarithm of the
@@ -124,6 +145,7 @@ void Associator::doubt(Followed& followed) {
 
 void Associator::meet(Followed& followed, const FusedObservation& seen, hal::LabTime now) {
   if (now - followed.last_seen >= settings_.swap_after) doubt(followed);
+  const bool settled = followed.times_seen >= settled_after;
   const hal::Pose at = followed.motion.pose();
   const double off_m = std::hypot(seen.x_m - at.x_m, seen.y_m - at.y_m);
   const double expected_m = 5 * std::hypot(followed.motion.place_sigma_m(), seen.sigma_m);
@@ -132,7 +154,8 @@ void Associator::meet(Followed& followed, const FusedObservation& seen, hal::Lab
     followed.jumped = true;
     counters_.add("track.jumped");
   } else {
-    followed.motion.see_place(seen.x_m, seen.y_m, seen.sigma_m);
+    const auto misfit = followed.motion.see_place(seen.x_m, seen.y_m, seen.sigma_m);
+    if (settled && misfit) places_.add(*misfit);
     followed.jumped = false;
   }
   Track& track = followed.track;
@@ -144,8 +167,11 @@ void Associator::meet(Followed& followed, const FusedObservation& seen, hal::Lab
     track.led = hal::Led::unknown;
   track.led_direction_rad = seen.led_heading_rad;
   track.primary = seen.primary, track.primary_confidence = seen.primary_confidence;
-  if (seen.led_heading_rad)
-    followed.motion.see_heading(wrapped(*seen.led_heading_rad + led_offset(followed).rad), seen.led_heading_sigma_rad);
+  if (seen.led_heading_rad) {
+    const auto misfit = followed.motion.see_heading(wrapped(*seen.led_heading_rad + led_offset(followed).rad),
+                                                    seen.led_heading_sigma_rad);
+    if (settled && misfit) headings_.add(*misfit);
+  }
   track.confidence += (1 - track.confidence) * 0.5f * seen.confidence;
   followed.last_seen = now;
   followed.shown = true;
@@ -217,7 +243,8 @@ void Associator::report(hal::LabTime now) {
 }
 
 const std::vector<Track>& Associator::update(hal::LabTime now, std::span<const FusedObservation> seen) {
-  for (Followed& followed : followed_) followed.motion.predict(seconds(now - now_));
+  find_touching();
+  for (Followed& followed : followed_) followed.motion.predict(seconds(now - now_), followed.touching);
   const std::vector<Pairing> possible = possible_pairs(now, seen);
   const auto rows = static_cast<std::uint32_t>(followed_.size()), columns = static_cast<std::uint32_t>(seen.size());
   const std::vector<std::int32_t> column_of = assign(rows, columns, possible);
@@ -234,6 +261,15 @@ const std::vector<Track>& Associator::update(hal::LabTime now, std::span<const F
     return unseen > settings_.forget_after || (!followed.established && unseen > settings_.doubt_after);
   });
   now_ = now;
+  const auto count = [&](const char* name, double total) {
+    counters_.set(name, static_cast<std::uint64_t>(std::llround(total)));
+  };
+  count("track.places", static_cast<double>(places_.n));
+  count("track.places.off_um2", places_.sum.square * 1e12);
+  count("track.places.misfit", places_.sum.normalised * 100);
+  count("track.headings", static_cast<double>(headings_.n));
+  count("track.headings.off_mrad2", headings_.sum.square * 1e6);
+  count("track.headings.misfit", headings_.sum.normalised * 100);
   report(now);
   return reported_;
 }
@@ -255,6 +291,7 @@ bool Associator::name(TrackNumber track, hal::RobotId robot) {
   if (!followed) return false;
   for (Followed& other : followed_)
     if (other.track.robot == robot && other.track.number != track) unname(other.track.number);
+  if (followed->track.robot && *followed->track.robot != robot) counters_.add("track.renamed");
   followed->track.robot = robot;
   followed->suspected = false;
   report(now_);

@@ -22,10 +22,11 @@ struct LedOffset {
 };
 
 struct AssociatorSettings {
-  double diameter_m = not_given;                  // of a robot's body; two bodies cannot overlap
-  double led_offset_rad = not_given;              // driving direction minus LED direction
-  std::map<hal::RobotId, LedOffset> led_offsets;  // of single robots in its place, as soon as they are named
-  double top_speed_m_s = 0.06;                    // nobody walks faster, pushed or played at four times life speed
+  double diameter_m = not_given;                   // of a robot's body; two bodies cannot overlap
+  double half_width_m = 1e9, half_height_m = 1e9;  // the walls' distance from the arena's middle, along x and y
+  double led_offset_rad = not_given;               // driving direction minus LED direction
+  std::map<hal::RobotId, LedOffset> led_offsets;   // of single robots in its place, as soon as they are named
+  double top_speed_m_s = 0.06;                     // nobody walks faster, pushed or played at four times life speed
   double reach_m = 0.016;  // how far a hand moves a robot between two frames without it counting as another one
   hal::LabTime doubt_after{200'000};  // unseen for this long: nobody acts on the id until it is seen again
   hal::LabTime swap_after{
@@ -43,8 +44,10 @@ struct Prospect {
   double reach_m = 0;
 };
 
-// Counters: track.born, .lost (no longer shown), .doubtful (became so), .jumped (moved by hand); seen.too_close
-// (overlaps a robot).
+// Counters: track.born, .ended (no longer shown), .doubtful (became so), .jumped (moved by hand), .renamed (bore
+// another robot's name); seen.too_close (overlaps a robot); track.places, .headings: how often a place or LED was
+// compared with what motion let expect, and .off_um2 or .off_mrad2, the sum of the squared differences, of one
+// coordinate each, and .misfit, that of the same by the variance that was stated, in hundredths.
 class Associator {
  public:
   explicit Associator(const AssociatorSettings& settings);
@@ -55,6 +58,9 @@ class Associator {
   // One frame. Returns what is to be reported, ascending by number. `now` never decreases.
   const std::vector<Track>& update(hal::LabTime now, std::span<const FusedObservation> seen);
   const std::vector<Track>& tracks() const { return reported_; }
+  // Whether the robot touched another or a wall in the last frame, as far as places tell. False when there is no such
+  // track any more.
+  bool touches(TrackNumber track) const;
 
   // The track is that robot and no doubt is left; any other track of that name loses it. False when there is no such
   // track any more.
@@ -75,8 +81,10 @@ class Associator {
     bool jumped =
         false;  // last seen where no motion explains it: a hand, or something else; the next observation tells
     bool shown = true;
+    bool touching = false;  // another or a wall
   };
 
+  void find_touching();
   double reach_m(const Followed& followed, hal::LabTime now) const;
   std::vector<Pairing> possible_pairs(hal::LabTime now, std::span<const FusedObservation> seen) const;
   double gain(const Followed& followed, const FusedObservation& seen, hal::LabTime now) const;
@@ -94,6 +102,11 @@ class Associator {
   std::vector<Track> reported_;
   TrackNumber next_ = 0;
   hal::LabTime now_{0};
+  struct Misfits {
+    std::uint64_t n = 0;
+    Misfit sum;
+    void add(const Misfit& misfit) { ++n, sum.square += misfit.square, sum.normalised += misfit.normalised; }
+  } places_, headings_;
   hal::Counters counters_;
 };
 

@@ -49,7 +49,8 @@ void Motion::forget_heading() {
   odd_headings_ = backwards_ = 0;
 }
 
-void Motion::predict(double seconds) {
+void Motion::predict(double seconds, bool touching) {
+  touching_ = touching;
   since_led_s_ += seconds;
   since_anchor_s_ += seconds;
   // A very long absence teaches nothing more.
@@ -58,9 +59,10 @@ void Motion::predict(double seconds) {
 }
 
 void Motion::predict_step(double seconds) {
+  const double slip = touching_ ? settings_.touching_slip_m2_s : settings_.slip_m2_s;
   if (!heading_known_) {
-    spread_(x, x) += hand_speed_m_s * hand_speed_m_s * seconds * 0.1 + settings_.slip_m2_s * seconds;
-    spread_(y, y) += hand_speed_m_s * hand_speed_m_s * seconds * 0.1 + settings_.slip_m2_s * seconds;
+    spread_(x, x) += hand_speed_m_s * hand_speed_m_s * seconds * 0.1 + slip * seconds;
+    spread_(y, y) += hand_speed_m_s * hand_speed_m_s * seconds * 0.1 + slip * seconds;
     return;
   }
   const double middle = state_[heading] + state_[turn] * seconds / 2;
@@ -86,9 +88,9 @@ void Motion::predict_step(double seconds) {
   state_[turn] *= keep;
 
   spread_ = change * spread_ * change.transpose();
-  spread_(x, x) += settings_.slip_m2_s * seconds;
-  spread_(y, y) += settings_.slip_m2_s * seconds;
-  spread_(heading, heading) += 0.0025 * seconds;
+  spread_(x, x) += slip * seconds;
+  spread_(y, y) += slip * seconds;
+  spread_(heading, heading) += (touching_ ? settings_.touching_turned_rad2_s : settings_.turned_rad2_s) * seconds;
   spread_(speed, speed) += settings_.speed_drift * seconds;
   spread_(turn, turn) += settings_.turn_drift * seconds;
   tidy();
@@ -105,12 +107,14 @@ void Motion::correct(const Eigen::Matrix<double, 1, 5>& seen, double surprise, d
   spread_ = rest * spread_ * rest.transpose() + gain * variance * gain.transpose();
 }
 
-void Motion::see_place(double x_m, double y_m, double sigma_m) {
+std::optional<Misfit> Motion::see_place(double x_m, double y_m, double sigma_m) {
   const double variance = sigma_m * sigma_m;
+  std::optional<Misfit> misfit;
   if (heading_known_) {
     const double off_x = x_m - state_[x], off_y = y_m - state_[y];
-    const double misfit = (off_x * off_x / (spread_(x, x) + variance) + off_y * off_y / (spread_(y, y) + variance)) / 2;
-    doubt_heading(misfit);
+    misfit = {(off_x * off_x + off_y * off_y) / 2,
+              (off_x * off_x / (spread_(x, x) + variance) + off_y * off_y / (spread_(y, y) + variance)) / 2};
+    doubt_heading(misfit->normalised);
   }
   Eigen::Matrix<double, 1, 5> seen = Eigen::Matrix<double, 1, 5>::Zero();
   seen(0, x) = 1;
@@ -123,13 +127,18 @@ void Motion::see_place(double x_m, double y_m, double sigma_m) {
   else
     turn_round();
   tidy();
+  return misfit;
 }
 
 // The path's direction: within the 36 degrees that a turn about one rear leg makes between path and heading.
 void Motion::learn_heading_from_motion(double seen_x_m, double seen_y_m, double sigma_m) {
   const double along_x = seen_x_m - anchor_x_m_, along_y = seen_y_m - anchor_y_m_,
                path_m = std::hypot(along_x, along_y);
-  if (path_m > std::max(telling_path_m, 6 * sigma_m)) {
+  if (touching_) {
+    anchor_x_m_ = seen_x_m;
+    anchor_y_m_ = seen_y_m;
+    since_anchor_s_ = 0;
+  } else if (path_m > std::max(telling_path_m, 6 * sigma_m)) {
     heading_known_ = true;
     state_[heading] = std::atan2(along_y, along_x);
     state_[speed] = std::min(path_m / std::max(since_anchor_s_, 0.1), 0.1);
@@ -152,7 +161,7 @@ void Motion::doubt_heading(double misfit) {
 
 // Kilobots cannot drive backwards: one that seems to is seen the wrong way round.
 void Motion::turn_round() {
-  const bool backwards = state_[speed] < -0.003 && since_led_s_ > 0.5;
+  const bool backwards = state_[speed] < -0.003 && since_led_s_ > 0.5 && !touching_;
   backwards_ = backwards ? backwards_ + 1 : 0;
   if (backwards_ < 5) return;
   state_[heading] = wrapped(state_[heading] + std::numbers::pi);
@@ -163,13 +172,13 @@ void Motion::turn_round() {
   backwards_ = 0;
 }
 
-void Motion::see_heading(double heading_rad, double sigma_rad) {
+std::optional<Misfit> Motion::see_heading(double heading_rad, double sigma_rad) {
   const double variance = sigma_rad * sigma_rad;
   const double surprise = wrapped(heading_rad - state_[heading]);
   const bool odd = heading_known_ && surprise * surprise > 16 * (spread_(heading, heading) + variance);
   odd_headings_ = odd ? odd_headings_ + 1 : 0;
   // A single one is a neighbour's light; three in a row are right.
-  if (odd && odd_headings_ < 3) return;
+  if (odd && odd_headings_ < 3) return {};
   since_led_s_ = 0;
   if (!heading_known_ || odd) {
     forget_heading();
@@ -178,12 +187,14 @@ void Motion::see_heading(double heading_rad, double sigma_rad) {
     spread_(heading, heading) = variance;
     spread_(speed, speed) = 2e-4;
     spread_(turn, turn) = 0.5;
-    return;
+    return {};
   }
+  const Misfit misfit{surprise * surprise, surprise * surprise / (spread_(heading, heading) + variance)};
   Eigen::Matrix<double, 1, 5> seen = Eigen::Matrix<double, 1, 5>::Zero();
   seen(0, heading) = 1;
   correct(seen, surprise, variance);
   tidy();
+  return misfit;
 }
 
 void Motion::tidy() {

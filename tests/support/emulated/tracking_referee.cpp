@@ -121,6 +121,13 @@ void TrackingReferee::judge(hal::LabTime now, std::span<const Truth> truth, trac
             square += off_rad * off_rad / (track.heading_sigma_rad * track.heading_sigma_rad);
             ++number;
           }
+          if (named.led == hal::Led::off && track.led == hal::Led::off && track.heading_sigma_rad < 1.05f) {
+            const double off_rad = tracker::wrapped(track.in_arena.heading_rad - pose.heading_rad);
+            TrackingScore::Dark& dark = score_.dark[table.associator().touches(track.number) ? 1 : 0];
+            ++dark.headings;
+            dark.square_rad += off_rad * off_rad;
+            dark.stated_square += off_rad * off_rad / (track.heading_sigma_rad * track.heading_sigma_rad);
+          }
         }
       }
     }

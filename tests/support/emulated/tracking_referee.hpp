@@ -32,7 +32,13 @@ struct TrackingScore {
   double square_m = 0, sum_x_m = 0, sum_y_m = 0, max_m = 0;  // of the centres of those seen
   double square_rad = 0;
   std::map<hal::RobotId, std::array<double, 2>> squares;  // of headings in units of what was stated, and their number
-  std::array<std::array<std::uint64_t, 8>, 8> led{};      // [true][seen], of LEDs that were seen
+  // Of robots seen with their LED off and a heading stated to within 60 degrees: [touching nothing, touching].
+  struct Dark {
+    std::uint64_t headings = 0;
+    double square_rad = 0, stated_square = 0;
+  };
+  std::array<Dark, 2> dark;
+  std::array<std::array<std::uint64_t, 8>, 8> led{};  // [true][seen], of LEDs that were seen
 
   double tracked_percent() const { return 100.0 * static_cast<double>(tracked) / static_cast<double>(robot_frames); }
   double centre_rms_mm() const;
