@@ -62,7 +62,8 @@ void add_fit_command(CLI::App* command, RecordWalks record_walks) {
   const auto options = std::make_shared<FitOptions>();
   robots
       ->add_option("source", options->walk.file,
-                   "A lab's file: its robots drive and are watched. Or the folder of a recorded run, or tracks (.csv)")
+                   "A lab's file: its robots drive and are watched. Or the folder of a recorded run, or the "
+                   "table of arkmesh track --csv")
       ->required()
       ->check(CLI::ExistingPath);
   robots->add_option("--out", options->out, "The file to write")->capture_default_str();

@@ -197,7 +197,7 @@ def fit(tracks, width_m=0.0, height_m=0.0, directions="led", own_program=None):
     told, missing = {}, {}
     for robot in sorted(tracks):
         mine, why = told.setdefault(robot, {}), missing.setdefault(robot, {})
-        few = "hardly moves" if speeds[robot] and robot not in moves else "too few stretches" if own_program else "walked freely"
+        few = "hardly moves" if speeds[robot] and robot not in moves else "too few stretches" if own_program else "too few straight stretches"
         degrees = {"drift_deg_per_s": drifts[robot] if robot in moves else None, "turn_left_deg_per_s": lefts[robot] if own_program else None,
                    "turn_right_deg_per_s": rights[robot] if own_program else None, "turn_noise_deg_per_s": noises.get(robot)}
         straight, left, right = (bearings[led][robot] for led in (STRAIGHT, LEFT, RIGHT))
@@ -218,5 +218,6 @@ def fit(tracks, width_m=0.0, height_m=0.0, directions="led", own_program=None):
                 mine[key] = max(0.0, sign * math.degrees(found[0])) if key.startswith("turn") else math.degrees(found[0]), math.degrees(found[1])
         if time is not None and robot in noises:
             mine["turn_noise_s"] = float(time), 0.0
-        why.update({key: "LED not seen in a recording" if key == "led_bearing_deg" and directions == "body" else few for key in KEYS if key not in mine})
+        why.update({key: "LED not seen in a recording" if key == "led_bearing_deg" and directions == "body" else
+                    "walked freely" if not own_program and key in ("turn_left_deg_per_s", "turn_right_deg_per_s", "led_bearing_deg") else few for key in KEYS if key not in mine})
     return told, missing, straights, own_program

@@ -1,4 +1,4 @@
-"""Robots' tracks: of a recorded run, or of the table that `arkmesh fit robots LAB.toml` writes. As arrays, for robot_fit.py."""
+"""Robots' tracks: of a recorded run, or of a table that `arkmesh fit robots LAB.toml` or `arkmesh track --csv` writes. As arrays, for robot_fit.py."""
 import csv
 import pathlib
 import tomllib
@@ -9,6 +9,7 @@ import read_log
 from figure_style import Refused
 
 COLUMNS = ["time_s", "robot", "x_m", "y_m", "direction_rad", "led"]
+LEDS = ["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white", "unknown"]
 
 
 def of_rows(rows):
@@ -27,13 +28,19 @@ def of_table(file):
     """Tracks, the arena's sides, and whose directions there are, "led" or "body"; the table's first line tells them."""
     try:
         with open(file, newline="") as text:
+            if text.readline().startswith("frame,time_s,track,"):
+                text.seek(0)
+                seen = [row for row in csv.DictReader(text) if float(row["age_s"]) == 0 and row["doubtful"] == "0"]
+                rows = [(row["time_s"], row["track"], row["x_m"], row["y_m"], row["heading_rad"] if float(row["heading_sigma_rad"]) < 0.5 else "nan", LEDS.index(row["led"])) for row in seen]
+                return of_rows(rows), 0.0, 0.0, "body"
+            text.seek(0)
             width_m, height_m, what = text.readline().removeprefix("#").split()
             header, *rows = csv.reader(text)
             if header != COLUMNS:
                 raise ValueError
             return of_rows([[float(cell) for cell in row] for row in rows if len(row) == len(COLUMNS)]), float(width_m), float(height_m), what
-    except ValueError:
-        raise Refused(f"{file} is no table of tracks; give one that arkmesh fit robots wrote, or the folder of a run") from None
+    except (KeyError, TypeError, ValueError):
+        raise Refused(f"{file} is no table of tracks; give one that arkmesh fit robots or arkmesh track --csv wrote, or the folder of a run") from None
     except OSError as why:
         raise Refused(f"{file} cannot be read: {why.strerror}") from None
 

@@ -2,7 +2,9 @@
 import math
 import pathlib
 import random
+import re
 import sys
+import tempfile
 import unittest
 
 import numpy
@@ -10,6 +12,7 @@ import numpy
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / "drawing"), str(ROOT / "scripts")]
 import robot_fit
+import robot_tracks
 
 LEGS_M, AXLE_M, TICK_S = 0.0277, 0.0099, 0.05
 PROGRAM = [(robot_fit.STRAIGHT, 8), (robot_fit.LEFT, None), (robot_fit.STRAIGHT, 8), (robot_fit.RIGHT, None), (robot_fit.REST, 1.5)]
@@ -112,6 +115,28 @@ class Fit(unittest.TestCase):
             self.assertAlmostEqual(told[i]["speed_m_per_s"][0] / robot["speed_m_per_s"], 1, delta=0.05)
             self.assertAlmostEqual(told[i]["drift_deg_per_s"][0], robot["drift_deg_per_s"], delta=2.5)
             self.assertEqual(missing[i], {key: "walked freely" for key in ("turn_left_deg_per_s", "turn_right_deg_per_s", "led_bearing_deg")})
+
+    def test_tracks_of_a_film(self):
+        """The table of `arkmesh track --csv` tells what free walks tell; rows that are old or doubtful do not count, and another table is refused by name."""
+        header = re.search(r'"(frame,time_s,.*?)\\n"', (ROOT / "testbed/track_outputs.cpp").read_text()).group(1)
+        chance = random.Random(3)
+        robots = {i: {**hidden(chance), "drift_deg_per_s": chance.gauss(0, 2)} for i in range(4)}
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(folder, "film.csv")
+            rows = [header]
+            for i, track in spread_out({i: walk(robot, 300, chance, shown=False) for i, robot in robots.items()}).items():
+                for n, (t, z, heading) in enumerate(zip(track["t"], track["z"], track["direction"])):
+                    rows.append(f"{n},{t:.6f},{i},{z.real:.6f},{z.imag:.6f},{heading:.5f},0.0500,unknown,1.000,0.000,0,1.00,2.00")
+                    rows.append(f"{n},{t + 0.01:.6f},{i},9.0,9.0,0.0,0.0500,red,1.000,{'0.100,0' if n % 2 else '0.000,1'},1.00,2.00")
+            table.write_text("\n".join(rows) + "\n")
+            tracks, *arena, directions = robot_tracks.read(table)
+            told, _, _, own = robot_fit.fit(tracks, *arena, directions)
+            self.assertFalse(own)
+            for i, robot in robots.items():
+                self.assertAlmostEqual(told[i]["speed_m_per_s"][0] / robot["speed_m_per_s"], 1, delta=0.05)
+            table.write_text(rows[0] + "\n0,zero\n")
+            with self.assertRaisesRegex(robot_tracks.Refused, "film.csv is no table of tracks; give one that"):
+                robot_tracks.read(table)
 
     def test_pushed_robots(self):
         """Stretches beside another robot or a wall, and those in which a robot was stopped, do not count."""
