@@ -8,12 +8,15 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "hal/arenas/arena_config.hpp"
 #include "hal/arenas/newest_frame.hpp"
+#include "hal/arenas/robot_words.hpp"
 #include "hal/config/without_secrets.hpp"
 #include "hal/platforms/aseba/aseba_arena.hpp"
+#include "hal/platforms/aseba/aseba_link.hpp"
 #include "testbed/devices.hpp"
 #include "testbed/kilobot_settings.hpp"
 #include "tracker/camera/live_camera.hpp"
@@ -163,15 +166,31 @@ std::vector<hal::Finding> find_nodes(const hal::Section& arena) {
                           hal::aseba::make_of(testbed.arena.make), counters);
   hal::WallTime& wall = hal::machine_time();
   // a node may answer some seconds late
+  std::set<hal::RobotId> guarded;
+  hal::TimePoint ask_at{};
   for (const hal::TimePoint begin = wall.now(), end = begin + 8s; wall.now() < end;) {
     nodes.poll(wall.now());
-    if (wall.now() > begin + 1500ms && nodes.missing().empty()) break;
+    for (const auto& [robot, message] : nodes.take_events())
+      if (message.type == hal::aseba::event_here) guarded.insert(robot);
+    if (wall.now() > begin + 1500ms && nodes.missing().empty() && guarded.size() == testbed.arena.info.robots.size())
+      break;
+    if (wall.now() >= ask_at) {
+      ask_at = wall.now() + 500ms;
+      nodes.tell_all(hal::aseba::event_run, {2});
+    }
     wall.wait_until(wall.now() + 10ms);
   }
   std::vector<hal::Finding> out;
   for (const std::string& robot : nodes.described()) out.push_back({robot, "", ""});
   if (const std::string missing = nodes.missing(); !missing.empty())
     out.push_back({"nodes of " + testbed.arena.connect, missing, "correct arena.aseba.connect, robot or first_id"});
+  std::vector<hal::RobotId> unguarded;
+  for (const hal::RobotId robot : testbed.arena.info.robots)
+    if (nodes.is_here(robot) && !guarded.contains(robot)) unguarded.push_back(robot);
+  if (!unguarded.empty())
+    out.push_back({"programs of robots",
+                   fmt::format("robots {} {}", hal::in_words(unguarded), hal::aseba::runs_no_guard),
+                   "load robot.aesl into them (hal/platforms/aseba/README.md)"});
   for (std::size_t i = 0; i < testbed.keys.cameras.size(); ++i) {
     const CameraSettings& camera = testbed.keys.cameras[i];
     out.push_back(find_camera(camera, i, testbed.keys.cameras.size()));

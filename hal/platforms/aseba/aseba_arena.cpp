@@ -183,6 +183,7 @@ class AsebaArena final : public Arena {
   void put(PoseFrame frame) {
     frame.stamp = frames_ * info_.frame_period;
     frame.number = static_cast<std::uint32_t>(frames_++);
+    for (Observation& robot : frame.robots) robot.led = link_.led(robot.robot);
     keep_inside(frame, info_, own_counters_);
     poses_.put(std::move(frame));
   }

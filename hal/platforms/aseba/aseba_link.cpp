@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "hal/arenas/robot_words.hpp"
 #include "hal/arenas/silent_link.hpp"
 
 namespace arkmesh::hal::aseba {
@@ -57,6 +58,7 @@ NotHeard AsebaLink::not_heard() {
 void AsebaLink::poll(TimePoint now) {
   now_ = now;
   nodes_.poll(now);
+  watch_programs(now);
   take_events();
   tell_state(now);
   if (released_) send_words(now);
@@ -77,6 +79,7 @@ void AsebaLink::send_words(TimePoint now) {
     order_.pop_front();
     const Waiting& word = words_.at(place);
     const auto speed = set_point_in(info_, word.message);
+    if (speed) set_points_[place.first] = *speed;
     const bool sent =
         speed ? should_stand() || nodes_.set_wheels(place.first, *speed)
               : nodes_.tell(place.first, event_word, {word.message.kind, static_cast<int>(word.message.value)});
@@ -103,20 +106,54 @@ void AsebaLink::take_events() {
         heard_.push_back({robot, static_cast<std::uint8_t>(words[0]), words[1]});
       else
         counters_.add("from_robots.dropped.too_many");
+    } else if (const auto program = programs_.find(robot);
+               message.type == event_here && words.size() == 2 && program != programs_.end()) {
+      program->second = {now_, words[0] < 0 ? Led::unknown : led_of(static_cast<unsigned>(words[0]))};
+      if (words[1] == 0) continue;
+      counters_.add("robots.stopped_alone");
+      if (const auto wheels = set_points_.find(robot); wheels != set_points_.end() && !should_stand())
+        nodes_.set_wheels(robot, wheels->second);
     } else if (message.type >= event_says) {
       counters_.add("from_robots.ignored.event");
     }
   }
 }
 
+// A robot keeps its set points when the lab is gone; only its own program can stop it then.
+void AsebaLink::watch_programs(TimePoint now) {
+  std::vector<RobotId> unguarded;
+  for (const RobotId robot : info_.robots) {
+    if (!nodes_.is_here(robot)) {
+      programs_.erase(robot);
+      continue;
+    }
+    Program& program = programs_.try_emplace(robot, Program{now}).first->second;
+    if (const auto told = told_.find(robot); told != told_.end() && told->second.forced) program.heard_at = now;
+    if (program.unguarded || now - program.heard_at <= unguarded_after) continue;
+    program = {.heard_at = program.heard_at, .unguarded = true};
+    unguarded.push_back(robot);
+  }
+  if (unguarded.empty()) return;
+  counters_.add("robots.unguarded", unguarded.size());
+  spdlog::warn("robots {} {}; load robot.aesl into them (hal/platforms/aseba/README.md)", in_words(unguarded),
+               runs_no_guard);
+}
+
+Led AsebaLink::led(RobotId robot) const {
+  const auto program = programs_.find(robot);
+  return program == programs_.end() ? Led::unknown : program->second.led;
+}
+
 void AsebaLink::tell_state(TimePoint now) {
   const bool stand = should_stand();
-  if (std::exchange(reset_, false) && released_)
+  if (std::exchange(reset_, false) && released_) {
+    set_points_.clear();
     for (const RobotId robot : info_.robots) {
       nodes_.tell(robot, Type::reset, {});
       nodes_.tell(robot, Type::run, {});
       said_stand_.reset();
     }
+  }
   if (said_stand_ != stand || now >= beat_at_) {
     beat_at_ = now + beat_each;
     nodes_.tell_all(event_run, {stand ? 0 : 1});
@@ -126,6 +163,8 @@ void AsebaLink::tell_state(TimePoint now) {
     told_since_ = stand ? std::optional(now) : std::nullopt;
     for (const auto& [robot, told] : std::exchange(told_, {}))
       if (!stand && told.forced) nodes_.tell(robot, Type::run, {});
+    if (!stand)
+      for (const auto& [robot, speed] : set_points_) nodes_.set_wheels(robot, speed);
   }
   if (stand)
     for (const RobotId robot : info_.robots) see_to(robot, now);

@@ -17,14 +17,19 @@ namespace arkmesh::hal::aseba {
 
 // The first events of the network's list, which the robots' program and the lab agree on.
 enum Event : std::uint16_t {
-  event_run = 0,   // to all: 1 run, 0 stand; repeated, so that a robot that hears it no longer knows that it is alone
+  event_run = 0,   // to all: 1 run, 0 stand, 2 only answer; repeated, so that a robot without it knows that it is alone
   event_word = 1,  // the node's number, kind, value
   event_says = 2,  // from a robot: kind, value
+  event_here = 3,  // from a robot, at each event_run and each change: the LED's colour, whether it stopped being alone
 };
+
+// A clause for people.
+inline constexpr const char* runs_no_guard = "run no program that stops their wheels when the lab is gone";
 
 class AsebaLink final : public RobotLink {
  public:
   static constexpr std::chrono::milliseconds forced_after{500};  // a program that drives on is halted
+  static constexpr std::chrono::seconds unguarded_after{5};      // a robot whose program does not answer
 
   // All outlive the link. `words_per_s`: to all robots together.
   AsebaLink(const ArenaInfo& info, Nodes& nodes, double words_per_s, Counters& counters)
@@ -51,6 +56,8 @@ class AsebaLink final : public RobotLink {
   std::optional<TimePoint> told_since() const { return told_since_; }
   // Robots that should stand, and have not said that their wheels do since they were told. Ascending.
   std::vector<NotStanding> not_standing() const;
+  // What the robot's program says that its LED shows. Unknown: it says nothing.
+  Led led(RobotId robot) const;
 
  private:
   struct Waiting {
@@ -62,6 +69,7 @@ class AsebaLink final : public RobotLink {
   void take_events();
   void tell_state(TimePoint now);
   void see_to(RobotId robot, TimePoint now);
+  void watch_programs(TimePoint now);
 
   const ArenaInfo& info_;
   Nodes& nodes_;
@@ -80,7 +88,14 @@ class AsebaLink final : public RobotLink {
     bool forced = false;
   };
   std::map<RobotId, Told> told_;  // to stand
+  struct Program {
+    TimePoint heard_at;
+    Led led = Led::unknown;
+    bool unguarded = false;
+  };
+  std::map<RobotId, Program> programs_;  // of robots that are there
   std::set<RobotId> given_up_;
+  std::map<RobotId, SetPoint> set_points_;  // in force while robots run
   std::vector<FromRobot> heard_;
 };
 

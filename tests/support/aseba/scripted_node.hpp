@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "hal/platforms/aseba/aseba_link.hpp"
 #include "hal/platforms/aseba/protocol.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
 #include "hal/time/wall_time.hpp"
@@ -25,6 +26,7 @@ struct ScriptedNode {
   bool describes = true, answers = true, obeys = true;  // obeys: its program leaves stopped wheels alone
   bool paused = false;                                  // its virtual machine
   std::chrono::milliseconds delay{0};
+  std::vector<int> here;  // what its program answers to event_run, if it does: colour, stopped
   std::map<int, int> memory;
   std::vector<hal::aseba::Message> events;  // that it was told
 
@@ -64,7 +66,12 @@ struct ScriptedLine {
     using namespace hal::aseba;
     const std::vector<int> words = words_of(message);
     if (message.type == list_nodes) say(node, make_message(node_present, {protocol_version}));
-    if (message.is_event()) return node.events.push_back(message);
+    if (message.is_event()) {
+      node.events.push_back(message);
+      if (message.type == event_run && !node.here.empty() && !node.paused)
+        say(node, make_message(event_here, node.here));
+      return;
+    }
     if (words.empty() || words[0] != node.number) return;
     if (message.type == get_description && node.describes) describe(node);
     if (message.type == Type::pause) node.paused = true;

@@ -78,6 +78,19 @@ TEST_CASE("aseba arena: run, pause, words and what robots say") {
   CHECK(bench.last_said(3) == 0);
   CHECK(bench.line->node(3).at("motor.left.target") == 0);
   CHECK(bench.arena->not_standing().empty());
+  // set points are in force again afterwards, also one that was told meanwhile, but for a reset
+  bench.arena->robots().offer(std::vector<hal::ToRobot>{hal::to_robot(2, {20, 20})});
+  bench.pass(200ms);
+  CHECK(bench.line->node(2).at("motor.left.target") == 0);
+  bench.arena->robots().command({Kind::run});
+  bench.pass(200ms);
+  CHECK(bench.line->node(3).at("motor.left.target") == 250);
+  CHECK(bench.line->node(2).at("motor.left.target") == 50);
+  bench.arena->robots().command({Kind::reset});
+  bench.pass(200ms);
+  bench.arena->robots().command({Kind::run});
+  bench.pass(200ms);
+  CHECK(bench.line->node(3).at("motor.left.target") == 0);
 }
 
 TEST_CASE("aseba arena: stop") {
@@ -120,6 +133,38 @@ TEST_CASE("aseba arena: stop") {
   bench.pass(2s);
   CHECK(bench.not_standing().empty());
   CHECK(bench.arena->robots().not_heard().restarted.size() == 3);
+}
+
+TEST_CASE("aseba arena: robots that know when they are alone") {
+  // A program that answers is seen with the colour it says, and its wheels are set again when it stopped them; of
+  // others it is counted once that nothing stops them.
+  ArenaBench bench;
+  bench.line->node(1).here = {4, 0};
+  bench.line->node(2).here = {9, 0};
+  bench.begin();
+  bench.arena->robots().command({Kind::run});
+  bench.pass(3s);
+  CHECK(bench.arena->counters()["robots.unguarded"] == 0);
+  bench.pass(4s);
+  CHECK(bench.arena->counters()["robots.unguarded"] == 1);
+  const auto led_of = [&](std::size_t robot) { return bench.arena->poses().latest()->robots[robot].led; };
+  CHECK(led_of(0) == hal::Led::blue);
+  bench.pass(100ms);
+  CHECK(led_of(1) == hal::Led::unknown);
+  bench.arena->robots().offer(std::vector<hal::ToRobot>{hal::to_robot(1, {100, 0})});
+  bench.pass(200ms);
+  bench.line->node(1).at("motor.left.target") = 0;
+  bench.line->node(1).here = {2, 1};
+  bench.pass(600ms);
+  bench.line->node(1).here = {2, 0};
+  CHECK(led_of(0) == hal::Led::green);
+  CHECK(bench.line->node(1).at("motor.left.target") == 250);
+  // a program that answers no longer, and one that is loaded late
+  bench.line->node(1).here.clear();
+  bench.line->node(3).here = {0, 0};
+  bench.pass(6s);
+  CHECK(bench.arena->counters()["robots.unguarded"] == 2);
+  CHECK(led_of(0) == hal::Led::unknown);
 }
 
 TEST_CASE("aseba arena: who is missing at the start") {
