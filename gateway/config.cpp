@@ -126,6 +126,14 @@ void GatewayConfig::gather_rules(const hal::Section& gateway) {
   for (const std::string& channel : ordered) add_export("ordered", Delivery::ordered, channel);
   for (const std::string& channel : imports)
     add_rule(gateway, "imports", Direction::imports, Delivery::latest, channel, all);
+  // Who takes commands answers them, and who gives them hears the answers.
+  for (ChannelRule answers : std::vector(all)) {
+    if (answers.allow != "operator_command") continue;
+    answers.allow = "operator_answer";
+    answers.delivery = answers.direction == Direction::imports ? Delivery::ordered : Delivery::latest;
+    answers.direction = answers.direction == Direction::imports ? Direction::exports : Direction::imports;
+    all.push_back(answers);
+  }
   if (std::ranges::count(all, Direction::exports, &ChannelRule::direction) > std::ptrdiff_t{max_hello_channels})
     gateway.refuse("exports", fmt::format("at most {} channels can be exported", max_hello_channels));
   rules = ChannelRules(std::move(all));

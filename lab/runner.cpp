@@ -22,9 +22,10 @@ constexpr hal::LabTime repeat_info = 60s;
 constexpr Runner::Now look_each = 10ms;  // at peers that are waited for at a boundary; most are there before
 
 // What others say is recorded by those who know whether it was accepted: worlds, statuses, peers by the exchange,
-// commands by the operators' desk. Other channels of theirs are not for this lab.
+// commands by the operators' desk, which also knows what was answered. Other channels of theirs are not for this lab.
 bool is_of_others(std::string_view channel) {
-  return channel == operator_channel || channel == hal::channel::peers || channel.find('/') != std::string_view::npos;
+  return channel == operator_channel || channel == answer_channel || channel == hal::channel::peers ||
+         channel.find('/') != std::string_view::npos;
 }
 
 }  // namespace

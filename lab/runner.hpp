@@ -62,7 +62,6 @@ class Runner {
   // Who knows the signatures of other labs' operators, and outlives the runner.
   void ask(PeerSignatures* signatures) { operators_.ask(signatures); }
   bool armed() const { return operators_.armed(); }
-  const std::vector<operator_answer_t>& answers() const { return operators_.answers(); }
   Now now() const { return now_; }  // of the current step
   // Ends the run early and says why to others first: as the operator wishes, or as failed. A run that has finished
   // stays so, and the lab goes soon.

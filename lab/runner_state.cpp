@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hal/arenas/robot_words.hpp"
+#include "lab/operator/operator_message.hpp"
 #include "lab/runner.hpp"
 
 namespace arkmesh::lab {
@@ -16,6 +17,7 @@ std::string_view Runner::outcome() const {
 void Runner::publish_status() {
   if (public_bus_) peers_.note_unsent(public_bus_->counters()["refused.send_failed"]);
   bus_.publish(hal::channel::status, status_of(*this));
+  for (const operator_answer_t& answer : operators_.take_answers(now_)) bus_.publish(answer_channel, answer);
   status_said_ = now_;
   status_due_ = now_ + repeat_status;
   recorder_.flush();

@@ -43,9 +43,9 @@ lab_status_t status_of(const Runner& run) {
     m.not_standing.push_back(hal::to_message(robot));
   }
   m.n_not_standing = static_cast<std::int32_t>(m.not_standing.size());
-  m.clock_us = run.now().count();
-  m.answers = run.answers();
-  m.n_answers = static_cast<std::int32_t>(m.answers.size());
+  m.may_be_missing = static_cast<std::int32_t>(run.may_be_missing());
+  m.obeys = run.config().safety.commands_from;
+  m.n_obeys = static_cast<std::int32_t>(m.obeys.size());
   m.stamp_us = run.arena().clock().now().count();
   m.period = static_cast<std::int32_t>(run.period());
   m.last_period = static_cast<std::int32_t>(run.last_period());
@@ -58,9 +58,6 @@ lab_status_t status_of(const Runner& run) {
     c.name.insert(0, "counts.");
     m.counters.push_back(std::move(c));
   }
-  counter_t& missing = m.counters.emplace_back();
-  missing.name = "robots.may_be_missing";
-  missing.value = static_cast<std::int64_t>(run.may_be_missing());
   m.n_counters = static_cast<std::int32_t>(m.counters.size());
   return m;
 }

@@ -132,6 +132,7 @@ std::optional<std::string> sender(std::span<const std::byte> bytes) {
 struct Heard {
   std::set<std::string> labs, gateways;
   std::map<std::string, lab_status_t> others;  // by lab, through the own gateway
+  std::set<std::string> answered;              // those of them that an operator's question reaches
 };
 
 // Listens for a second and a half; labs and gateways speak at least once a second.
@@ -148,6 +149,10 @@ Heard listen_on(hal::Bus& bus) {
     if (lab_status_t m; hal::read_message(bytes, m).empty())
       heard.others.insert_or_assign(std::string(channel.substr(0, channel.find('/'))), m);
   });
+  const auto answers = bus.subscribe("[^/]+/" + lab::answer_channel, [&](std::string_view channel, auto) {
+    heard.answered.emplace(channel.substr(0, channel.find('/')));
+  });
+  bus.publish(lab::operator_channel, lab::question());
   hal::EventLoop loop;
   const hal::Readable heard_any(loop, bus.descriptor(), [&] { bus.drain(); });
   hal::LoopTime time(loop);
@@ -181,11 +186,14 @@ Finding listening(const std::string& where, bool gateway_is_running) {
 }
 
 // Which of the other labs will not obey when this lab's operator stops all.
-Finding stop_of_all(const hal::Participants& shared, const Heard& heard) {
+Finding stop_of_all(const hal::Participants& shared, const Heard& heard, const hal::Section& gateway) {
   Finding finding{"STOP of all labs", "", "docs/security.md, Operators of other labs, says what each file needs"};
   const auto problem = [&](const std::string& text) {
     finding.problem += (finding.problem.empty() ? "" : "; ") + text;
   };
+  const auto ordered = gateway.get("ordered", std::vector<std::string>());
+  if (std::ranges::count(ordered, lab::operator_channel) == 0 && gateway.place("rules").empty())
+    problem("gateway.ordered does not name operator_command, so no other lab hears the operator of " + shared.lab);
   std::vector<std::string> unknown;
   for (const std::string& lab : shared.labs) {
     if (lab == shared.lab) continue;
@@ -193,6 +201,8 @@ Finding stop_of_all(const hal::Participants& shared, const Heard& heard) {
       unknown.push_back(lab);
     else if (!lab::obeys(other->second, shared.lab))
       problem(lab::not_obeyed(lab, shared.lab));
+    else if (!heard.answered.contains(lab))
+      problem(lab::not_reached(lab));
   }
   if (!unknown.empty())
     finding.what += fmt::format(" (not heard, so it is not known of: {})", fmt::join(unknown, ", "));
@@ -266,7 +276,7 @@ std::vector<hal::Finding> lab_ports(const hal::Section& root, bool multicast_wor
     }
   }
   if (const auto shared = root.read<hal::Participants>(); shared.labs.size() > 1)
-    findings.push_back(stop_of_all(shared, heard));
+    findings.push_back(stop_of_all(shared, heard, root.section("gateway")));
   if (!listen.empty()) findings.push_back(listening(listen, heard.gateways.contains(lab)));
   return findings;
 }

@@ -141,7 +141,6 @@ hal::Counters CommandRights::counters() const {
   hal::Counters all;
   if (givers_.size() > 1) all.set("operator.armed", armed_ ? 1 : 0);
   for (const auto& [peer, giver] : givers_) {
-    if (!peer.empty()) all.set(std::string(obeys_counter) + peer, 1);
     if (giver.admitted == 0) continue;
     all.set("operator.commands" + (peer.empty() ? "" : "." + peer), giver.admitted);
   }

@@ -35,7 +35,10 @@ void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> byt
   if (!hal::decode(bytes, message)) return refuse(peer, -1, {"undecodable", "it is no operator_command_t"});
   const int command = message.command.command;
   asked_ = true;
-  if (command == operator_command_t::ask) return;
+  if (command == operator_command_t::ask) {
+    challenge_asked_ = true;
+    return;
+  }
   if (message.lab != lab_) return counters_.add("operator.for_other_lab");
   const auto refusal = closed_ ? Refusal{"ended", "the run has ended"} : rights_.refusal(peer, message, now);
   answer(message.number, refusal ? refusal->why : std::string_view());
@@ -49,6 +52,16 @@ void OperatorDesk::answer(std::int64_t number, std::string_view refusal) {
   operator_answer_t& added = answers_.emplace_back();
   added.number = number;
   added.refusal = refusal;
+}
+
+std::vector<operator_answer_t> OperatorDesk::take_answers(Now now) {
+  if (std::exchange(challenge_asked_, false)) answers_.emplace_back();
+  for (operator_answer_t& each : answers_) {
+    each.lab = lab_;
+    each.run_id = static_cast<std::int64_t>(run_id_);
+    each.clock_us = now.count();
+  }
+  return std::exchange(answers_, {});
 }
 
 std::string OperatorDesk::perform(std::uint8_t command, Now now) {

@@ -46,8 +46,9 @@ class OperatorDesk {
     fleet_command_t command;
   };
   std::vector<ForRobots> take();
-  // To the last commands with a number, the oldest first. A flood of those that are refused drives out no other.
-  const std::vector<operator_answer_t>& answers() const { return answers_; }
+  // To the last commands since it was called before, the oldest first, and a challenge to who asked for one. A flood of
+  // commands that are refused drives out no other answer.
+  std::vector<operator_answer_t> take_answers(Now now);
   // Somebody waits for a status since the last call: who asked for one, or gave a command.
   bool take_asked() { return std::exchange(asked_, false); }
   // The run is to end.
@@ -73,7 +74,7 @@ class OperatorDesk {
   CommandAudit audit_;
   std::vector<ForRobots> for_robots_;
   std::vector<operator_answer_t> answers_;
-  bool end_asked_ = false, closed_ = false, asked_ = false;
+  bool end_asked_ = false, closed_ = false, asked_ = false, challenge_asked_ = false;
   std::set<std::string, std::less<>> said_;  // reasons of refusals
   hal::Counters counters_;
 };

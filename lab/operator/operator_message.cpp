@@ -14,15 +14,26 @@ std::vector<std::uint8_t> proved_bytes(operator_command_t message) {
   return bytes;
 }
 
+operator_command_t question() {
+  operator_command_t ask{};
+  ask.command.command = operator_command_t::ask;
+  return ask;
+}
+
 bool obeys(const lab_status_t& status, std::string_view lab) {
-  return std::ranges::any_of(status.counters, [lab](const counter_t& counter) {
-    return counter.name.starts_with(obeys_counter) && counter.name.substr(obeys_counter.size()) == lab;
-  });
+  return std::ranges::find(status.obeys, lab) != status.obeys.end();
 }
 
 std::string not_obeyed(std::string_view by, std::string_view lab) {
   return fmt::format("{0} does not obey the operator of {1}: in the file of {0} safety.commands_from does not name {1}",
                      by, lab);
+}
+
+std::string not_reached(std::string_view lab) {
+  return fmt::format(
+      "{0} does not answer this lab's operator; does this lab's gateway export operator_command, and does that of {0} "
+      "import it?",
+      lab);
 }
 
 }  // namespace arkmesh::lab

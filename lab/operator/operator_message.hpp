@@ -14,10 +14,11 @@
 
 namespace arkmesh::lab {
 
-// On the lab's public bus.
-inline const std::string operator_channel = "operator_command";
-// In a lab's status, before the name of each lab whose operator it obeys.
-inline constexpr std::string_view obeys_counter = "operator.obeys.";
+// On the lab's public bus; what the lab says to operators.
+inline const std::string operator_channel = "operator_command", answer_channel = "operator_answer";
+
+// Asks labs for a challenge and their status.
+operator_command_t question();
 
 // The bytes that its proof is made of.
 std::vector<std::uint8_t> proved_bytes(operator_command_t message);
@@ -26,6 +27,8 @@ std::vector<std::uint8_t> proved_bytes(operator_command_t message);
 // not.
 bool obeys(const lab_status_t& status, std::string_view lab);
 std::string not_obeyed(std::string_view by, std::string_view lab);
+// Of another lab that is there, but answers no question.
+std::string not_reached(std::string_view lab);
 
 // A process of this program that tells another lab and says what came of it: `arkmesh WORD --at LAB FILE`, with the own
 // lab's file and KEY=VALUE that count before what is in it.

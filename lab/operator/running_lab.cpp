@@ -23,21 +23,33 @@ constexpr int attempts = 3;
 RunningLab::RunningLab(const hal::BusConfig& bus, const std::string& name, const std::string& own)
     : bus_(bus.url, bus.hear),
       other_(!own.empty()),
-      statuses_(bus_.subscribe(
-          (own.empty() ? "" : name + '/') + hal::channel::status, [this, name](std::string_view, auto bytes) {
-            lab_status_t status;
-            if (!hal::decode(bytes, status)) return;
-            if (!name.empty() && status.lab != name) return;
-            if (statuses_heard_ > 0 && (status.lab != status_.lab || status.nonce != status_.nonce)) return;
-            status_ = status;
-            status_.lab = hal::printable(status.lab, hal::max_lab_name);
-            status_.state = hal::printable(status.state, 200);
-            ++statuses_heard_;
-            heard_at_ = std::chrono::steady_clock::now();
-          })) {
-  operator_command_t ask{};
-  ask.command.command = operator_command_t::ask;
-  bus_.publish(operator_channel, ask);
+      statuses_(bus_.subscribe((own.empty() ? "" : name + '/') + hal::channel::status,
+                               [this, name](std::string_view, auto bytes) {
+                                 lab_status_t status;
+                                 if (!hal::decode(bytes, status)) return;
+                                 if (!name.empty() && status.lab != name) return;
+                                 if (statuses_heard_ > 0 &&
+                                     (status.lab != status_.lab || status.nonce != status_.nonce))
+                                   return;
+                                 status_ = status;
+                                 status_.lab = hal::printable(status.lab, hal::max_lab_name);
+                                 status_.state = hal::printable(status.state, 200);
+                                 ++statuses_heard_;
+                                 heard_at_ = std::chrono::steady_clock::now();
+                               })),
+      answers_(bus_.subscribe((own.empty() ? "" : name + '/') + answer_channel, [this](std::string_view, auto bytes) {
+        operator_answer_t answer;
+        if (hal::decode(bytes, answer) && answer.number == number_ && !answer_ &&
+            (statuses_heard_ == 0 || answer.run_id == status_.nonce))
+          answer_ = answer;
+      })) {
+  ask();
+}
+
+void RunningLab::ask() {
+  number_ = 0;
+  answer_.reset();
+  bus_.publish(operator_channel, question());
 }
 
 bool RunningLab::comes_to(std::chrono::milliseconds within, const std::function<bool()>& condition) {
@@ -54,7 +66,7 @@ std::string RunningLab::not_standing() const {
 }
 
 bool RunningLab::stands() const {
-  return should_stand() && stand(not_seen(), static_cast<std::size_t>(counter("robots.may_be_missing")));
+  return should_stand() && stand(not_seen(), static_cast<std::size_t>(status_.may_be_missing));
 }
 
 std::vector<hal::NotStanding> RunningLab::not_seen() const {
@@ -67,41 +79,32 @@ bool RunningLab::speaks() {
   return comes_to(2500ms, [] { return true; });
 }
 
-std::int64_t RunningLab::counter(std::string_view name) const {
-  const auto it = std::ranges::find(status_.counters, name, &counter_t::name);
-  return it == status_.counters.end() ? 0 : it->value;
-}
-
 std::string RunningLab::tell(std::uint8_t command, const std::function<void(operator_command_t&)>& prove) {
   operator_command_t message{};
   message.lab = status_.lab;
   message.run_id = status_.nonce;
   message.command.command = command;
   std::random_device device;
-  const auto answer = [&] { return std::ranges::find(status_.answers, message.number, &operator_answer_t::number); };
-  const auto answers = [&] {
-    return answer() != status_.answers.end() || (command == operator_command_t::stop && is_over());
-  };
+  const auto answered = [&] { return answer_ || (command == operator_command_t::stop && is_over()); };
   std::string why;
   for (int i = 0; i < attempts; ++i) {
-    message.clock_us = status_.clock_us;
-    message.number = std::uniform_int_distribution<std::int64_t>()(device);
+    if (number_ != 0 || i > 0 || (answer_ && answer_->run_id != status_.nonce)) ask();
+    if (!comes_to(3400ms, answered)) continue;
+    if (answer_) message.clock_us = answer_->clock_us;
+    message.number = number_ = std::uniform_int_distribution<std::int64_t>(1)(device);
     prove(message);
+    answer_.reset();
     bus_.publish(operator_channel, message);
-    if (!comes_to(3400ms, answers)) continue;
-    if (answer() == status_.answers.end() || answer()->refusal.empty()) return {};
-    const std::string& refusal = answer()->refusal;
+    if (!comes_to(3400ms, answered)) continue;
+    if (!answer_ || answer_->refusal.empty()) return {};
+    const std::string refusal = answer_->refusal;
     why = fmt::format("{} refused it: {}; it says why, and docs/security.md what to do", name(),
                       hal::printable(refusal, 60));
     if (refusal != "too_often" && refusal != "too_old") break;
     comes_to(1s, [] { return false; });  // it may do it then
   }
   if (!why.empty()) return why;
-  if (other_)
-    return fmt::format(
-        "{} has not answered within 10 s; does this lab's gateway export operator_command, and does {}'s "
-        "import it? (docs/security.md)",
-        name(), name());
+  if (other_) return not_reached(name()) + " (docs/security.md)";
   return fmt::format("{} has not answered within 10 s; its robots are paused by hand with: arkmesh ohc PORT pause",
                      name());
 }

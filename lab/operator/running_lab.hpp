@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/operator_answer_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
 #include "hal/arenas/messages.hpp"
 #include "hal/bus/bus.hpp"
@@ -49,14 +51,16 @@ class RunningLab {
 
  private:
   std::vector<hal::NotStanding> not_seen() const;
-  std::int64_t counter(std::string_view name) const;
+  void ask();
 
   hal::Bus bus_;
   const bool other_;  // a peer's, behind gateways
   lab_status_t status_;
   int statuses_heard_ = 0;
   std::chrono::steady_clock::time_point heard_at_{};
-  std::unique_ptr<hal::Bus::Subscription> statuses_;
+  std::int64_t number_ = 0;  // of what it should answer; 0: of a challenge
+  std::optional<operator_answer_t> answer_;
+  std::unique_ptr<hal::Bus::Subscription> statuses_, answers_;
 };
 
 }  // namespace arkmesh::lab

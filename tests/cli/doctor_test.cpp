@@ -20,8 +20,10 @@
 #include <utility>
 
 #include "arkmesh/lab_status_t.hpp"
+#include "arkmesh/operator_answer_t.hpp"
 #include "arkmesh/peers_t.hpp"
 #include "hal/bus/bus.hpp"
+#include "lab/operator/operator_message.hpp"
 
 namespace {
 
@@ -205,6 +207,39 @@ TEST_CASE("only our own lab on our LCM port") {
   });
   CHECK(has(words, "ok       LCM port of lab shark\n"));
   CHECK(has(words, "(in use by this lab's own gateway)"));
+}
+
+TEST_CASE("labs that STOP of all labs does not reach") {
+  // Of four others one obeys and answers, one does not obey, one is not reached, and one is not heard.
+  const std::string text = lab_text(7873, "") + "%s[shared]\nlabs = [\"shark\", \"a\", \"b\", \"c\", \"d\"]\n";
+  const auto file_with = [&](const std::string& key) {
+    return LabFile(std::string(text).replace(text.find("%s"), 2, key));
+  };
+  const LabFile file = file_with("ordered = [\"operator_command\"]\n"), mute = file_with("");
+  hal::Bus bus("udpm://239.255.76.67:7873?ttl=0");
+  const auto answers = bus.subscribe(lab::operator_channel, [&](std::string_view, auto) {
+    for (const char* lab : {"a", "b"}) bus.publish(std::string(lab) + "/operator_answer", operator_answer_t{});
+  });
+  const auto speak = [&] {
+    for (const char* lab : {"a", "b", "c"}) {
+      lab_status_t status{};
+      status.lab = lab;
+      if (status.lab != "b") status.obeys = {"roark", "shark"};
+      status.n_obeys = static_cast<std::int32_t>(status.obeys.size());
+      bus.publish(status.lab + "/status", status);
+    }
+    bus.drain();
+  };
+  Command examined(doctor + " " + file.path());
+  CHECK(
+      line_of(examined.words(speak), "STOP of all labs") ==
+      "problem  STOP of all labs (not heard, so it is not known of: d): b does not obey the operator of shark: in the "
+      "file of b safety.commands_from does not name shark; c does not answer this lab's operator; does this lab's "
+      "gateway export operator_command, and does that of c import it? -> docs/security.md, Operators of other labs, "
+      "says what each file needs");
+  Command mute_lab(doctor + " " + mute.path());
+  CHECK(has(line_of(mute_lab.words(), "STOP of all labs"),
+            ": gateway.ordered does not name operator_command, so no other lab hears the operator of shark -> docs/"));
 }
 
 TEST_CASE("TCP port taken") {

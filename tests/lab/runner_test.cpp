@@ -276,28 +276,33 @@ TEST_CASE("an operator is answered at once, and no crowd of them fills the bus")
   Bench bench(config);
   int said = 0;
   const auto statuses = bench.bus.subscribe("status", [&](std::string_view, auto) { ++said; });
+  std::vector<operator_answer_t> answers;
+  const auto answered = bench.bus.subscribe(
+      lab::answer_channel, [&](std::string_view, auto bytes) { REQUIRE(hal::decode(bytes, answers.emplace_back())); });
   while (bench.runner.period() == 0) bench.step();
   const auto until_said = [&](int more) {
     const int before = said;
     for (const auto from = bench.now; said < before + more && bench.now - from < 900ms;) bench.step();
     return said - before;
   };
-  bench.runner.hear_command(lab::operator_channel, tests::encoded([] {
-                              operator_command_t ask{};
-                              ask.command.command = operator_command_t::ask;
-                              return ask;
-                            }()));
+  bench.runner.hear_command(lab::operator_channel, tests::encoded(lab::question()));
   const auto asked = bench.now;
   CHECK(until_said(1) == 1);
   CHECK(bench.now - asked <= 60ms);
   bench.tell(fleet_command_t::pause);
   const auto told = bench.now;
   CHECK(until_said(1) == 1);
+  REQUIRE(answers.size() == 2);
+  CHECK(answers[0].number == 0);
+  CHECK(answers[0].clock_us >= bench.now.count() - 200'000);
+  CHECK(answers[1].number != 0);
+  CHECK(answers[1].refusal.empty());
   CHECK(bench.now - told <= 60ms);
   CHECK(bench.state_heard.find("paused by the operator") != std::string::npos);
   const int before = said;
   for (int i = 0; i < 500; ++i) bench.tell(fleet_command_t::pause), bench.step();
   CHECK(said - before <= 12);
+  CHECK(answers.size() <= 2 + 12 * 8);
 }
 
 TEST_CASE("an operator ends the run with its results") {

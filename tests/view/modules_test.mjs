@@ -465,7 +465,7 @@ test("a page that hears nothing for 3 s says so, and of labs that have ended the
 
 test("a status of a former version is decoded by its own type and shown; what it does not say is unknown", () => {
   const json = real_types(), now = json.types.lab_status_t;
-  const lacks = ["phase", "outcome", "wanted", "kept_still", "n_not_standing", "not_standing", "clock_us", "n_answers", "answers", "settings"];
+  const lacks = ["phase", "outcome", "wanted", "kept_still", "n_not_standing", "not_standing", "may_be_missing", "n_obeys", "obeys", "settings"];
   json.types["former.lab_status_t"] = { fingerprint: "00000000000000f1", fields: now.fields.filter((f) => !lacks.includes(f.name)) };
   const text = (s) => [0, 0, 0, s.length + 1, ...Buffer.from(s), 0];
   const bytes = Uint8Array.from([0, 0, 0, 0, 0, 0, 0, 0xf1, ...text("shark"), 0, 0, 0, 0, 0, 0, 0, 9, ...text("running"), 0, 0, 0, 0, 0, 0x4c, 0x4b, 0x40, 0, 0, 0, 2, 0, 0, 0, 9,
