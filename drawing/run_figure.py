@@ -47,6 +47,7 @@ class Lab:
         self.name = self.arena.lab
         # that of a Kilobot where the log's layout did not tell it yet
         self.body_radius_m = getattr(self.arena, "body_radius_m", 0) or 0.0165
+        self.bodies_m = {}  # of other labs' robots, where their labs are known
         config = folder / "config.toml"
         settings = tomllib.loads(config.read_text()) if config.is_file() else {}
         self.led_says = {led: words for name, says in LED_SAYS.items() if name in settings.get("scenario", {}) for led, words in says.items()}
@@ -85,7 +86,7 @@ def draw_robots(axes, lab):
                 axes.plot([x, tip[0]], [y, tip[1]], color="white", linewidth=1, zorder=6)
             else:
                 # As large as its own lab sees it, in the shared world.
-                radius = lab.body_radius_m * lab.scale_of[other.lab] / lab.view.scale
+                radius = lab.bodies_m.get(other.lab, lab.body_radius_m) * lab.scale_of[other.lab] / lab.view.scale
                 axes.add_patch(Circle((x, y), radius, facecolor="none", edgecolor=colour, linewidth=1, alpha=0.7, zorder=4))
 
 
@@ -193,6 +194,8 @@ def labs_of(run, at_s=None):
     if gone and len(folders) < len(took_part):
         raise Refused(f"{run} has no log of lab {', '.join(gone)}, which took part; {run / folders[0].name} draws one lab alone.")
     labs = sorted((Lab(folder, at_s) for folder in folders), key=lambda lab: (-lab.arena.width_m, lab.name))
+    for lab in labs:
+        lab.bodies_m = {other.name: other.body_radius_m for other in labs}
     last_s = max(lab.last_s for lab in labs)
     if at_s is not None and not 0 <= at_s <= last_s:
         raise Refused(f"--at {at_s:g}: {run} has moments from 0 to {last_s:g} s of lab time; give one of them, or none for the last.")

@@ -25,10 +25,20 @@ const char* kilobots_only(const Settings& given, const Settings& own) {
       {"dead_duty", given.dead_duty != own.dead_duty},
       {"start_duty", given.start_duty != own.start_duty},
       {"battery_mah", given.battery_mah != own.battery_mah},
+      {"battery_idle_ma", given.battery_idle_ma != own.battery_idle_ma},
+      {"battery_motor_ma", given.battery_motor_ma != own.battery_motor_ma},
+      {"battery_led_ma", given.battery_led_ma != own.battery_led_ma},
+      {"battery_empty_share", given.battery_empty_share != own.battery_empty_share},
       {"send_spread", given.send_spread != own.send_spread},
       {"infrared", given.infrared != own.infrared},
       {"ir_range_m", given.ir_range_m != own.ir_range_m},
       {"ir_range_spread_m", given.ir_range_spread_m != own.ir_range_spread_m},
+      {"ir_loss", given.ir_loss != own.ir_loss},
+      {"ir_noise_m", given.ir_noise_m != own.ir_noise_m},
+      {"ir_noise_per_m", given.air.ir_noise_per_m != own.air.ir_noise_per_m},
+      {"ir_flat_m", given.air.ir_flat_m != own.air.ir_flat_m},
+      {"ir_reading_spread", given.air.ir_reading_spread != own.air.ir_reading_spread},
+      {"overhead_distance_m", given.air.overhead_distance_m != own.air.overhead_distance_m},
   };
   const auto wrong = std::ranges::find_if(keys, [](const auto& key) { return key.second; });
   return wrong == std::end(keys) ? nullptr : wrong->first;

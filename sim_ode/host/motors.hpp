@@ -53,6 +53,8 @@ class Motors {
   // Speeds of the wheels of a robot that has some, from the next tick on: until its program changes its motors, or they
   // are given anew.
   void drive(int robot, const hal::SetPoint& wheels);
+  // Of a robot whose motors are not connected.
+  void forget_set_point(int robot) { parts_[index(robot)].driven = false; }
   // What the battery leaves of the speed from the next tick on, 0..1.
   void weaken(int robot, double strength);
   // Sum of both motors' duties, as far as they reach the motors.

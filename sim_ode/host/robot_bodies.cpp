@@ -50,6 +50,7 @@ void RobotBodies::apply(int robot, const Effects& effects, const RobotValues& va
 
 void RobotBodies::stop(int robot) {
   motors_.connect(number(robot), false, 0);
+  motors_.forget_set_point(number(robot));
   motors_.set(number(robot), 0, 0, 0);
   leds_.put_out(number(robot));
 }

@@ -7,6 +7,11 @@ import subprocess
 import tempfile
 import unittest
 
+from matplotlib.figure import Figure
+
+import run_folder  # noqa: F401  (makes the scripts importable)
+import run_figure
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ARKMESH = ROOT / "build/release/arkmesh"
 ENVIRONMENT = {**os.environ, "ARKMESH_PYTHON": "/usr/bin/python3"}
@@ -41,8 +46,13 @@ class Makes(unittest.TestCase):
         self.assertEqual(json.loads((self.folder / "again/result.json").read_text())["final_hash"], one["final_hash"])
 
     def test_light_up(self):
-        one, _ = self.played("run", "light_up_", 60)
+        one, out = self.played("run", "light_up_", 60)
         self.assertGreater(one["counts"]["lit_periods"], 0)
+        # a picture draws each robot as large as it is, also those of the other make: 3 m are 1 m of the shared world
+        for lab, own, other in zip(run_figure.labs_of(out), (0.056, 0.0165), (0.0165 * 3, 0.056 / 3)):
+            axes = Figure().add_subplot()
+            run_figure.draw_robots(axes, lab)
+            self.assertEqual({round(circle.radius, 4) for circle in axes.patches}, {round(radius, 4) for radius in (own, other)}, lab.name)
 
     def test_thymios_that_are_driven_come_to_the_kilobots(self):
         _, out = self.played("run", "meet_", 60)

@@ -80,6 +80,19 @@ TEST_CASE("thymio: pause") {
   CHECK(at(*arena, 6).x_m > paused + 0.15);
 }
 
+TEST_CASE("thymio: reset") {
+  // A robot that begins anew stands until its wheels are set again.
+  const auto arena = thymios();
+  drive(*arena, 0, 100, 100);
+  at(*arena, 1);
+  arena->robots().command({.kind = Kind::reset});
+  const double reset = at(*arena, 2).x_m;
+  arena->robots().command({.kind = Kind::run});
+  CHECK(at(*arena, 4).x_m == reset);
+  drive(*arena, 0, 100, 100);
+  CHECK(at(*arena, 6).x_m > reset + 0.15);
+}
+
 TEST_CASE("thymio: words") {
   // The program that it starts with shows the colour of the newest word; a word moves nobody.
   const auto arena = thymios();
@@ -109,9 +122,10 @@ TEST_CASE("thymio: refused by name") {
   const hal::Counters& counters = arena->counters();
   for (const char* name : {"sleep", "voltage", "charge", "broadcast"})
     CHECK(counters["fleet_command.refused." + std::string(name)] == 1);
-  CHECK_THROWS_WITH_AS(thymios("turn_deg_per_s = 30"),
-                       doctest::Contains("is of Kilobots, and robot = \"thymio\" has no such thing; remove it"),
-                       hal::ConfigError);
+  for (const char* key : {"turn_deg_per_s = 30", "battery_led_ma = 3.0", "ir_loss = 0.5", "ir_flat_m = 0.1"})
+    CHECK_THROWS_WITH_AS(thymios(key),
+                         doctest::Contains("is of Kilobots, and robot = \"thymio\" has no such thing; remove it"),
+                         hal::ConfigError);
   CHECK_THROWS_WITH_AS(thymios("", 0.1), doctest::Contains("too many for an arena of 0.1 m x 0.1 m"), hal::ConfigError);
   const auto kilobots = TestArena{.robots = 2}.make();
   drive(*kilobots, 0, 10, 10);
