@@ -106,8 +106,9 @@ void AsebaLink::take_events() {
         heard_.push_back({robot, static_cast<std::uint8_t>(words[0]), words[1]});
       else
         counters_.add("from_robots.dropped.too_many");
-    } else if (const auto program = programs_.find(robot);
-               message.type == event_here && words.size() == 2 && program != programs_.end()) {
+    } else if (message.type == event_here && words.size() == 2) {
+      const auto program = programs_.find(robot);
+      if (program == programs_.end()) continue;  // it has not described itself yet
       program->second = {now_, words[0] < 0 ? Led::unknown : led_of(static_cast<unsigned>(words[0]))};
       if (words[1] == 0) continue;
       counters_.add("robots.stopped_alone");
