@@ -416,6 +416,35 @@ TEST_CASE("a table that stands out shows its corners") {
   CHECK(find_table_corners(cv::Mat(600, 800, CV_8UC3, cv::Scalar(60, 70, 65))).empty());
 }
 
+TEST_CASE("a pale table under a lamp that blows out one corner and leaves another dim shows its corners") {
+  // Proves it where no level of brightness parts the table from what is round it, and light is no plane up to white.
+  cv::Mat picture(720, 960, CV_8UC3, cv::Scalar(105, 125, 140));
+  const std::vector<cv::Point> table = {{176, 35}, {805, 56}, {783, 685}, {155, 663}};
+  cv::fillConvexPoly(picture, table, cv::Scalar(215, 216, 214), cv::LINE_AA);
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x) {
+      const double light = 1.4 - 0.00045 * x - 0.0005 * y;
+      for (int c = 0; c < 3; ++c)
+        picture.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<uchar>(picture.at<cv::Vec3b>(y, x)[c] * light);
+    }
+  const std::vector<Point> found = find_table_corners(picture);
+  REQUIRE(found.size() == 4);
+  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
+}
+
+TEST_CASE("what the picture's border cuts is no table") {
+  // Proves that a table is found whose surroundings are darker on two sides of it, and that these have no corners.
+  cv::Mat picture(720, 960, CV_8UC3, cv::Scalar(190, 200, 205));
+  const std::vector<cv::Point> dark = {{0, 0}, {700, 0}, {700, 719}, {0, 719}};
+  cv::fillConvexPoly(picture, dark, cv::Scalar(40, 60, 75));
+  CHECK(find_table_corners(picture).empty());
+  const std::vector<cv::Point> table = {{142, 31}, {688, 31}, {688, 579}, {142, 579}};
+  cv::fillConvexPoly(picture, table, cv::Scalar(150, 152, 148));
+  const std::vector<Point> found = find_table_corners(picture);
+  REQUIRE(found.size() == 4);
+  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
+}
+
 TEST_CASE("a table as bright as what is around it shows its corners by its colour") {
   // Proves it with robots, a sheet of paper beside it, and light that falls from one side.
   cv::Mat picture(720, 960, CV_8UC3, cv::Scalar(105, 150, 190));

@@ -21,7 +21,10 @@ std::vector<cv::Point> largest_quadrilateral(const cv::Mat& mask) {
     const double area = cv::contourArea(hull);
     if (area <= best_area || area > largest_part * mask.total() || cv::contourArea(outline) < 0.85 * area) continue;
     cv::approxPolyDP(hull, corners, straightness * cv::arcLength(hull, true), true);
-    if (corners.size() != 4) continue;
+    // what the picture's border cuts shows no corners of its own
+    const cv::Rect inside(1, 1, mask.cols - 2, mask.rows - 2);
+    if (corners.size() != 4 || !std::ranges::all_of(corners, [&](const auto& at) { return inside.contains(at); }))
+      continue;
     best = corners;
     best_area = area;
   }
@@ -71,7 +74,7 @@ cv::Mat distance_from_table(const cv::Mat& lab) {
       for (int channel = 0; channel < 3; ++channel) {
         const double table =
             planes.at<double>(0, channel) + planes.at<double>(1, channel) * x + planes.at<double>(2, channel) * y;
-        square += std::pow(lab.at<cv::Vec3b>(y, x)[channel] - table, 2);
+        square += std::pow(lab.at<cv::Vec3b>(y, x)[channel] - std::clamp(table, 0.0, 255.0), 2);
       }
       distance.at<float>(y, x) = static_cast<float>(std::sqrt(square));
     }
@@ -96,7 +99,7 @@ std::vector<cv::Point> by_colour(const cv::Mat& bgr) {
   cv::cvtColor(lab, lab, cv::COLOR_BGR2Lab);
   const cv::Mat distance = distance_from_table(lab);
   std::vector<cv::Point> before;
-  for (const double tolerance : {6.0, 8.0, 10.0, 13.0, 17.0, 22.0}) {
+  for (const double tolerance : {6.0, 8.0, 10.0, 13.0, 17.0, 22.0, 30.0, 40.0}) {
     cv::Mat mask = distance < tolerance;
     cv::morphologyEx(mask, mask, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(3, 3)));
     cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(9, 9)));
