@@ -23,8 +23,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds serve_each = 10ms;
-constexpr std::chrono::milliseconds at_least = 1200ms;  // at the start, in which two nodes of one number show
-constexpr std::chrono::milliseconds stand_within = 3s;  // at the end
+constexpr std::chrono::milliseconds picture_within = 2s;  // two pictures of a camera that is there
+constexpr std::chrono::milliseconds at_least = 1200ms;    // at the start, in which two nodes of one number show
+constexpr std::chrono::milliseconds stand_within = 3s;    // at the end
 
 class AsebaArena final : public Arena {
  public:
@@ -125,9 +126,11 @@ class AsebaArena final : public Arena {
     if (!begun_at_) begun_at_ = wanted_at_ = now;
     if (now < wanted_at_) return false;
     auto frame = look();
+    if (frame) picture_at_ = now;
     const bool late = now - *begun_at_ > names_within_;
     const std::size_t absent = unready().size();
-    if (late && (!frame || absent > may_miss_ || absent == info_.robots.size()))
+    if (late &&
+        (!picture_at_ || now - *picture_at_ > picture_within || absent > may_miss_ || absent == info_.robots.size()))
       throw std::runtime_error(
           fmt::format("the robots were not ready within {} s: {}", names_within_.count() / 1'000'000, missing()));
     if (!frame || now - *begun_at_ < at_least || (absent > 0 && !late)) {
@@ -204,6 +207,7 @@ class AsebaArena final : public Arena {
   const TimePoint made_ = wall_.now();
   std::optional<TimePoint> judged_since_;
   std::optional<TimePoint> begun_at_, ending_at_;         // the first advance_to, the first end
+  std::optional<TimePoint> picture_at_;                   // the last look while beginning that gave a frame
   TimePoint wanted_at_ = TimePoint::max(), served_at_{};  // when an answer of false is worth another question
   std::int64_t frames_ = 0;                               // made or lost so far; also the next one's number
 };

@@ -162,11 +162,12 @@ class KilobotArena final : public Arena {
     if (now() < wanted_at_) return false;
     // eyes that look will ask, and a question that no robot can hear would be taken for unanswered
     auto frame = controller_.is_up() ? look() : std::nullopt;
-    has_picture_ = frame.has_value();
-    const bool sees = frame && controller_.is_up();
     const TimePoint at = now();
+    if (frame) picture_at_ = at;
+    const bool sees = frame && controller_.is_up();
     const bool complete = sees && eyes_->everybody_named();
-    if (!complete && at - *begun_at_ > patience_.names_within) {
+    // where no picture is new the next one tells
+    if (!complete && at - *begun_at_ > patience_.names_within && (sees || !has_picture() || !controller_.is_up())) {
       if (!sees || !may_begin_without(unnamed()))
         throw std::runtime_error(fmt::format("the testbed was not ready within {} s: {}",
                                              patience_.names_within.count() / 1'000'000, missing()));
@@ -199,20 +200,23 @@ class KilobotArena final : public Arena {
                  counted(info_.robots.size(), "robot"), in_words(robots));
   }
 
+  // Looks are as often as frames, pictures may be rarer.
+  bool has_picture() const { return picture_at_ && now() - *picture_at_ < 2s; }
   // What the wait at the beginning waits for.
   std::string missing() const {
     if (!controller_.is_up() && !port_.is_open())
       return port_.error().empty() ? "the overhead controller does not answer the connection" : port_.error();
     if (!controller_.is_up()) return "the overhead controller is starting";
-    if (!has_picture_) return eyes_->error().empty() ? "the cameras give no picture" : eyes_->error();
+    if (!has_picture()) return eyes_->error().empty() ? "the cameras give no picture" : eyes_->error();
     const std::vector<RobotId> robots = unnamed();
     if (robots.empty()) return "not every robot has been seen and named";
-    const bool all = robots.size() == info_.robots.size();
     return fmt::format(
         "{} of {} robots have not been seen and named ({}); are they in the arena, in the cameras' sight, switched on, "
         "and is that their id?{} arena.kilobot.may_miss lets the lab begin without some",
         robots.size(), info_.robots.size(), in_words(robots),
-        all ? " Does their program include <arkmesh_id.h>? Without it a robot cannot say who it is." : "");
+        robots.size() == info_.robots.size()
+            ? " Does their program include <arkmesh_id.h>? Without it a robot cannot say who it is."
+            : "");
   }
 
   void serve_controller() {
@@ -226,10 +230,8 @@ class KilobotArena final : public Arena {
     if (phase_ < Phase::stopping) begin_to_judge();  // then what was seen last stands
     tell_guard();
     if (std::exchange(was_up_, controller_.is_up()) == controller_.is_up()) return;
-    if (controller_.is_up())
-      spdlog::info("the overhead controller listens");
-    else
-      spdlog::warn("the overhead controller is gone: {}; trying again", port_.error());
+    if (controller_.is_up()) return spdlog::info("the overhead controller listens");
+    spdlog::warn("the overhead controller is gone: {}; trying again", port_.error());
   }
 
   // How long the lab was away at most, for which a guard would have taken it for hung.
@@ -254,8 +256,6 @@ class KilobotArena final : public Arena {
     if (phase_ > Phase::beginning) supervise();
     return frame;
   }
-
-  // ---- whether robots stand
 
   bool should_stand() const {
     const auto wanted = controller_.wanted();
@@ -365,7 +365,7 @@ class KilobotArena final : public Arena {
   std::chrono::milliseconds longest_away_{0};  // between two calls that served the controller
   std::optional<TimePoint> begun_at_;          // the first advance_to
   TimePoint looked_at_{};
-  bool has_picture_ = false;  // the last look while beginning gave a frame
+  std::optional<TimePoint> picture_at_;  // the last look while beginning that gave a frame
   bool was_up_ = false;
   StandJudge judge_;
   std::shared_ptr<StandGuard> guard_;                                            // null: none

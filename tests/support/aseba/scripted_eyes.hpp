@@ -16,14 +16,15 @@ namespace arkmesh::tests {
 struct ScriptedSight {
   std::vector<hal::RobotId> robots, missing;
   bool covered = false;
-  double x_m = 0;  // of all robots
+  int looks = 0, looks_for_picture = 1;  // every so many looks there is a new one
+  double x_m = 0;                        // of all robots
 };
 
 class ScriptedEyes final : public hal::aseba::Eyes {
  public:
   explicit ScriptedEyes(std::shared_ptr<ScriptedSight> sight) : sight_(std::move(sight)) {}
   void look(hal::LabTime) override {
-    if (sight_->covered) return;
+    if (sight_->covered || ++sight_->looks % sight_->looks_for_picture != 0) return;
     frame_.emplace();
     for (const hal::RobotId robot : sight_->robots)
       if (std::ranges::count(sight_->missing, robot) == 0)

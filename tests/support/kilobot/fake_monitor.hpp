@@ -18,6 +18,7 @@ struct FakeTestbed {
   std::vector<hal::RobotId> in_doubt;
   std::optional<hal::kilobot::Message> question;
   bool covered = false;       // no picture comes
+  int looks_for_picture = 1;  // every so many looks there is a new one
   std::string error;          // what a person must do about it
   int named_after_looks = 1;  // everybody is named from this look on, if nobody is in doubt
   int looks = 0;
@@ -33,6 +34,7 @@ class FakeMonitor final : public hal::kilobot::RobotMonitor {
     ++testbed_->looks;
     testbed_->looked_at.push_back(now);
     if (testbed_->covered) return counters_.add("camera.gone");
+    if (testbed_->looks % testbed_->looks_for_picture != 0) return;
     frame_.emplace();
     frame_->stamp = now;
     frame_->number = static_cast<std::uint32_t>(testbed_->looks);

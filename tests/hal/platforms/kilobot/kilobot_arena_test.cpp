@@ -157,6 +157,18 @@ TEST_CASE("kilobot arena: begins without somebody") {
   CHECK(testbed.arena->counters()["robots.missing_at_start"] == 1);
   CHECK(testbed.arena->poses().latest().has_value());
 
+  for (const int looks : {2, 3, 7}) {  // pictures come more slowly than looks: when the wait is over there may be none
+    Testbed slow("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
+    slow.eyes_see->looks_for_picture = looks;
+    slow.eyes_see->in_doubt = {2};
+    slow.frame(0);
+    CHECK(slow.arena->counters()["robots.missing_at_start"] == 1);
+    Testbed nameless("kilobot.names_within_s = 20");
+    nameless.eyes_see->looks_for_picture = looks;
+    nameless.eyes_see->in_doubt = {1, 2, 3};
+    CHECK(has_part(nameless.failure(), "within 20 s: 3 of 4 robots have not been seen and named (1-3)"));
+  }
+
   Testbed two("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
   two.eyes_see->in_doubt = {2, 3};
   CHECK(has_part(two.failure(), "2 of 4 robots have not been seen and named (2, 3)"));
