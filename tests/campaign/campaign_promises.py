@@ -53,6 +53,8 @@ WORDS, LANGUAGES = "words", ("Python", "C++")
 WORD_FAULTS = [f"{what}, {when}" for what in ("reset", "robot off and on", "robot away")
                for when in ("before words", "after words", "while the line is away")]
 WORD_FAULTS += [f"parameters, {when}" for when in ("line away at the start", "pause before the start", "reset")]
+# A day with emulated robots, from calibration to ten minutes of an experiment: the phase, and its rooms.
+REHEARSAL, ROOMS = "rehearsal", ("bright room", "dim room", "blurred room")
 LINK = "link"  # the phase of faults between gateways: both labs simulate in mid-run
 
 
@@ -165,7 +167,7 @@ IS_OVER = "the run is over: no robot's program runs, and no scenario is called"
 
 def promise(arena, phase, fault):
     """What is promised for one cell: a Promise, or NoSense."""
-    if phase == WORDS:
+    if phase in (WORDS, REHEARSAL):
         return GOES_ON
     if phase == LINK:
         return NoSense("this kind of link does not have the fault") if LINK_FAULTS[fault].counter(arena) is None else GOES_ON
@@ -221,7 +223,8 @@ def promise(arena, phase, fault):
 def cells():
     """Every (arena, phase, fault)."""
     return [(arena, phase, fault) for arena in ARENAS for phase in PHASES for fault in FAULTS] + [
-        *((kind, LINK, fault) for kind in LINKS for fault in LINK_FAULTS), *((language, WORDS, fault) for language in LANGUAGES for fault in WORD_FAULTS)]
+        *((kind, LINK, fault) for kind in LINKS for fault in LINK_FAULTS), *((language, WORDS, fault) for language in LANGUAGES for fault in WORD_FAULTS),
+        *(("hardware", REHEARSAL, room) for room in ROOMS)]
 
 
 # What CI runs.
