@@ -60,6 +60,8 @@ def lacking():
     for name in PROGRAMS:
         if not shutil.which(name):
             return f"{name} is not installed (scripts/setup test installs it on Debian 12)"
+    if not pathlib.Path("/usr/share/i18n/locales/en_US").exists():
+        return "locales is not installed (scripts/setup test installs it on Debian 12)"
     try:
         import cv2  # noqa: F401
         import dbus  # noqa: F401
