@@ -33,16 +33,17 @@ void add_publish_command(CLI::App* command) {
   command->add_option("place", options->place, "The folder of a run or a batch")
       ->required()
       ->check(CLI::ExistingDirectory);
-  command->add_option("--author", options->authors, "NAME, or \"NAME, ORCID\"; once for each author, in their order")
+  command->add_option("--author", options->authors, "NAME, or \"NAME, ORCID\"; repeat it for each author, in order")
       ->allow_extra_args(false);
   command->add_option("--licence", options->licence, "An identifier of spdx.org, such as CC-BY-4.0, or a URL");
-  command->add_option("--name", options->name, "What the data set is called; else as the folder");
-  command->add_option("--out", options->out, "The new folder, beside which the zip lies; else PLACE-crate");
+  command->add_option("--name", options->name, "The name of the data set; default: the name of the folder");
+  command->add_option("--out", options->out,
+                      "The folder to create; the zip is written beside it. Default: PLACE-crate");
   command->footer(
       "Examples:\n  arkmesh publish runs/demo --author \"Ada Lovelace, 0000-0002-1825-0097\" --licence CC-BY-4.0\n"
-      "The folder and zip hold RO-Crate metadata, what each run is repeated from, tables, trajectories and "
-      "replay.html, "
-      "which replays a run in any browser without arkmesh. Names of computers, addresses and folders are left out.");
+      "The folder and zip hold RO-Crate metadata, the inputs of each run, tables, trajectories as CSV and HDF5, and "
+      "replay.html, which replays a run in any browser without arkmesh. Host names, addresses and folders are left "
+      "out.");
   command->callback([options] { publish(*options); });
 }
 

@@ -62,6 +62,7 @@ experiments have their robots' programs compiled; a program of your own
 takes gcc."
   DEPENDS "arkmesh-gateway ${same}" python3
   RECOMMENDS "python3-arkmesh ${same}" gcc libc6-dev liblcm-bin python3-matplotlib python3-numpy python3-pil
+    python3-h5py
   SUGGESTS arkmesh-doc arkmesh-testbed ffmpeg chromium chromium-driver python3-selenium gcc-avr avr-libc
   CONTROL ${CMAKE_CURRENT_LIST_DIR}/lab/postinst ${CMAKE_CURRENT_LIST_DIR}/lab/prerm)
 debian_package(testbed arkmesh-testbed science "labs with real Kilobots: cameras and overhead controller"

@@ -9,6 +9,9 @@ import time
 import unittest
 import zipfile
 
+import h5py
+import numpy
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ARKMESH = ROOT / "build/release/arkmesh"
 sys.path.append(str(ROOT / "drawing"))
@@ -47,7 +50,7 @@ class Publish(unittest.TestCase):
         self.assertEqual((action["@type"], graph[action["instrument"]["@id"]]["name"]), ("CreateAction", "arkmesh"))
         inputs, results = ({each["@id"] for each in action[key]} for key in ("object", "result"))
         self.assertLessEqual({"run/a/config.toml", "run/b/config.toml", "run/a/files/light_up.c", "#seed-0"}, inputs)
-        self.assertLessEqual({"run/hash.csv", "run/a/trajectories.csv", "replay.html", "#hash-0"}, results)
+        self.assertLessEqual({"run/hash.csv", "run/a/trajectories.csv", "run/trajectories.h5", "replay.html", "#hash-0"}, results)
         self.assertEqual(graph["#hash-0"]["value"], json.loads((self.folder / "run/result.json").read_text())["final_hash"])
         with zipfile.ZipFile(f"{self.crate}.zip") as packed:
             self.assertLessEqual(files, set(packed.namelist()))
@@ -62,6 +65,19 @@ class Publish(unittest.TestCase):
                 for secret in ("secret.example", f'"{host}"', str(ROOT), str(self.folder)):
                     self.assertNotIn(secret, text, file)
         self.assertIn("secret.example", (self.folder / "run/b/config.toml").read_text())  # it was there
+
+    def test_hdf5_has_what_csv_has(self):
+        """Each row of a lab's CSV is at its frame and robot of the HDF5 file, no other is, and the file tells nothing secret."""
+        self.assertNotIn(b"secret.example", (self.crate / "run/trajectories.h5").read_bytes())
+        with h5py.File(self.crate / "run/trajectories.h5") as told:
+            self.assertEqual(set(told), {"a", "b"})
+            for name, lab in told.items():
+                rows = numpy.loadtxt(self.crate / f"run/{name}/trajectories.csv", delimiter=",", skiprows=1)
+                seen = ~numpy.isnan(lab["x_m"][:])
+                frames, robots = numpy.nonzero(seen)
+                table = numpy.column_stack([lab["time_s"][:][frames], lab["robot"][:][robots], *(lab[key][:][seen] for key in ("x_m", "y_m", "heading_rad", "led"))])
+                self.assertGreater(len(rows), 100)
+                numpy.testing.assert_allclose(table, rows, rtol=1e-5, atol=1e-6)
 
     def test_the_crate_repeats_its_run(self):
         """`rerun` of the crate alone gives the same hash."""
