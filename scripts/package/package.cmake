@@ -86,7 +86,7 @@ headers, static libraries and the CMake package with which programs with
 scenarios of your own are built and tested. The command `arkmesh scenario
 new NAME --cpp` begins one."
   DEPENDS "arkmesh ${same}" cmake g++ make pkg-config liblcm-dev libglib2.0-dev libode-dev libboost-dev
-    libssl-dev libzstd-dev libopencv-dev libavcodec-dev libavformat-dev libavutil-dev libswscale-dev libeigen3-dev libserialport-dev libnats-dev libsodium-dev zlib1g-dev libfmt-dev
+    libssl-dev libzstd-dev libopencv-dev libavcodec-dev libavformat-dev libavutil-dev libswscale-dev libjpeg-dev libeigen3-dev libserialport-dev libnats-dev libsodium-dev zlib1g-dev libfmt-dev
     libspdlog-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev
   RECOMMENDS "arkmesh-testbed ${same}")
 debian_package(doc arkmesh-doc doc "documents of arkmesh"

@@ -198,6 +198,17 @@ TEST_CASE("JPEGs are found between heads, padding and damage, in parts of any le
   }
   CHECK(decode_jpeg(second).at<cv::Vec3b>(0, 0)[0] == 200);
   CHECK(decode_jpeg({}).empty());
+  // as OpenCV does, whatever colours and order there are
+  cv::Mat noise(61, 83, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  for (const int channels : {1, 3})
+    for (const int progressive : {0, 1}) {
+      Bytes jpeg;
+      cv::imencode(".jpg", channels == 1 ? noise.reshape(1) : noise, jpeg, {cv::IMWRITE_JPEG_PROGRESSIVE, progressive});
+      CHECK(cv::norm(decode_jpeg(jpeg), cv::imdecode(jpeg, cv::IMREAD_COLOR), cv::NORM_INF) == 0);
+      jpeg.resize(jpeg.size() / 2);
+      CHECK(decode_jpeg(jpeg).cols == (channels == 1 ? 249 : 83));  // the rest is grey
+    }
   Bytes huge = first;
   const std::vector<std::uint8_t> frame_head{0xFF, 0xC0};
   const auto at = std::search(huge.begin(), huge.end(), frame_head.begin(), frame_head.end());

@@ -1,7 +1,11 @@
 #include "tracker/camera/jpeg_stream.hpp"
 
+#include <jpeglib.h>
+
 #include <algorithm>
 #include <array>
+#include <csetjmp>
+#include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 
 namespace arkmesh::tracker {
@@ -27,6 +31,41 @@ std::optional<cv::Size> size_of(std::span<const std::uint8_t> jpeg) {
     at += 2 + (static_cast<std::size_t>(jpeg[at + 2]) << 8 | jpeg[at + 3]);
   }
   return {};
+}
+
+struct Decoder {
+  jpeg_decompress_struct reader{};
+  jpeg_error_mgr errors{};
+  std::jmp_buf failed;
+};
+
+// Into a picture of the size that the head says, which is empty afterwards if it is damaged. False: it has four
+// colours.
+bool decode_colours(std::span<const std::uint8_t> jpeg, Decoder& decoder, cv::Mat& bgr) {
+  jpeg_decompress_struct& reader = decoder.reader;
+  reader.err = jpeg_std_error(&decoder.errors);
+  reader.client_data = &decoder;
+  decoder.errors.error_exit = [](j_common_ptr all) {
+    std::longjmp(static_cast<Decoder*>(all->client_data)->failed, 1);
+  };
+  decoder.errors.emit_message = [](j_common_ptr, int) {};
+  if (setjmp(decoder.failed) != 0) {
+    bgr.release();
+    return true;
+  }
+  jpeg_create_decompress(&reader);
+  jpeg_mem_src(&reader, jpeg.data(), jpeg.size());
+  jpeg_read_header(&reader, TRUE);
+  if (reader.num_components > 3) return false;
+  reader.out_color_space = JCS_EXT_BGR;
+  jpeg_start_decompress(&reader);
+  if (static_cast<int>(reader.output_width) != bgr.cols || static_cast<int>(reader.output_height) != bgr.rows)
+    std::longjmp(decoder.failed, 1);
+  while (reader.output_scanline < reader.output_height) {
+    JSAMPROW row = bgr.ptr(static_cast<int>(reader.output_scanline));
+    jpeg_read_scanlines(&reader, &row, 1);
+  }
+  return true;
 }
 
 }  // namespace
@@ -128,6 +167,12 @@ cv::Mat decode_jpeg(std::span<const std::uint8_t> jpeg) {
   const auto size = size_of(jpeg);
   if (!size || std::int64_t{size->width} * size->height > max_pixels) return {};
   try {
+    // OpenCV takes as long again to turn RGB into BGR
+    cv::Mat bgr(*size, CV_8UC3);
+    Decoder decoder;
+    const bool decoded = decode_colours(jpeg, decoder, bgr);
+    jpeg_destroy_decompress(&decoder.reader);
+    if (decoded) return bgr;
     const cv::Mat bytes(1, static_cast<int>(jpeg.size()), CV_8UC1, const_cast<std::uint8_t*>(jpeg.data()));
     return cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
