@@ -165,18 +165,21 @@ class Detector::Search {
     }
   }
 
+  static bool are_close(const NetFind& find, const Candidate& one, double within_px) {
+    const Circle &a = find.circle, &b = one.circle_fit.circle;
+    return std::hypot(a.x_px - b.x_px, a.y_px - b.y_px) < within_px;
+  }
+
   // The trained net's opinion: adds robots of the others' size; where it sees less than half of what was found, or
   // nothing was found, it looks for robots of any size, if `any_size`.
   std::vector<Candidate> with_second_opinion(const cv::Mat& bgr, std::vector<Candidate> robots, bool any_size) {
     std::size_t agreed = 0;
     if (!robots.empty()) {
       const double r_px = BodySearch::median_r_px(robots);
-      const std::vector<Candidate> seen = seen_by_net(bgr, r_px);
+      const std::vector<Candidate> seen = seen_by_net(bgr, r_px, robots);
       agreed = static_cast<std::size_t>(std::ranges::count_if(robots, [&](const Candidate& one) {
-        return std::ranges::any_of(finds_, [&](const NetFind& find) {
-          return find.score > 0.5 && std::hypot(find.circle.x_px - one.circle_fit.circle.x_px,
-                                                find.circle.y_px - one.circle_fit.circle.y_px) < 0.5 * r_px;
-        });
+        return std::ranges::any_of(
+            finds_, [&](const NetFind& find) { return find.score > 0.5 && are_close(find, one, 0.5 * r_px); });
       }));
       if (2 * agreed >= robots.size()) {
         // What was found already keeps its place.
@@ -209,12 +212,14 @@ class Detector::Search {
     return best.empty() ? robots : best;
   }
 
-  // Robots of that size which the net sees and whose edge can be measured; what the net sees is in finds_.
-  std::vector<Candidate> seen_by_net(const cv::Mat& bgr, double r_px) {
+  // Robots of that size which the net sees and whose edge can be measured, beside those that are known; what the net
+  // sees is in finds_.
+  std::vector<Candidate> seen_by_net(const cv::Mat& bgr, double r_px, std::span<const Candidate> known = {}) {
     finds_.clear();
     net_.find(r_px, least_score, finds_);
     std::vector<Candidate> seen;
     for (const NetFind& find : finds_) {
+      if (std::ranges::any_of(known, [&](const Candidate& one) { return are_close(find, one, 0.5 * r_px); })) continue;
       std::optional<Candidate> best;
       for (const double r : {find.circle.r_px, r_px})
         for (const bool darker : {true, false})
