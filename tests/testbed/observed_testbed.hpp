@@ -27,13 +27,15 @@ class ObservedTestbed {
 
   // `more`: keys of the camera, tables of the emulator, that are as they are since the calibration was made, and
   // [[emulator.event]]s, whose times count from when the cameras were switched on.
-  explicit ObservedTestbed(const std::string& more = "", std::uint64_t seed = 1, int count = robots) {
+  explicit ObservedTestbed(const std::string& more = "", std::uint64_t seed = 1, int count = robots,
+                           const std::string& controller = "scenarios/dhtf/controller/dhtf.c") {
     const auto emulator_file = directory_.path() / "emulator.toml", calibration = directory_.path() / "testbed.yaml";
     const std::string text =
         "[arena]\nrobots = " + std::to_string(count) +
         "\nwidth_m = 0.5\nheight_m = 0.5\n"
-        "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR
-        "/scenarios/dhtf/controller/dhtf.c\"\n"
+        "[arena.ode]\ncontroller = \"" ARKMESH_SOURCE_DIR "/" +
+        controller +
+        "\"\n"
         "[[emulator.camera]]\nname = \"camera0\"\nwidth_px = 640\nheight_px = 480\nz_m = 0.95\nfocal_px = 800.0\n";
     std::ofstream(emulator_file) << text << more;
     const hal::Config emulator = hal::Config::from_text(text, "emulator.toml");

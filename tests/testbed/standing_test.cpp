@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -175,4 +176,35 @@ TEST_CASE("standing: nobody is named falsely in ten minutes of hands, moved came
   }
   CHECK(testbed.counted("robots.moved_when_told_to_stand") == 0);
   CHECK(testbed.counted("camera.moved") > 0);
+}
+
+TEST_CASE("standing: nobody is judged moving in 30 minutes of changing LEDs, glare and unlit robots" *
+          doctest::skip(!arkmesh::tests::thorough())) {
+  // Told to stand by the arena; somebody else says run, so that programs go on and LEDs change. Nobody moves.
+  ObservedTestbed testbed("led_brightness = 1.5\nnoise = 4.0\n[emulator.scene]\nglare = 0.8\n", 1, 12,
+                          "tests/emulator/controllers/blinks.c");
+  testbed.start();
+  for (const int robot : {3, 7}) testbed.happen(fmt::format("robot {} kill", robot));
+  testbed.arena->robots().command({hal::FleetCommand::Kind::pause});
+  testbed.steps(5);
+  Steps steps(testbed);
+  steps.moved();
+  std::map<hal::RobotId, std::set<hal::Led>> shown;
+  std::size_t not_seen = 0;
+  for (int s = 0; s < 1800; ++s) {
+    testbed.happen("say run");
+    testbed.steps(1, [&] {
+      for (const hal::NotStanding& robot : testbed.arena->not_standing()) {
+        CAPTURE(s);
+        CAPTURE(robot.robot);
+        CHECK(robot.why != hal::NotStanding::Why::moving);
+        ++not_seen;
+      }
+      for (const hal::Observation& robot : testbed.frame->robots) shown[robot.robot].insert(robot.led);
+    });
+  }
+  CHECK(steps.moved().empty());
+  CHECK(std::ranges::count_if(shown, [](const auto& each) { return each.second.size() >= 4; }) >= 8);
+  CHECK(testbed.counted("robots.moved_when_told_to_stand") == 0);
+  MESSAGE("robots not seen to stand, of 216,000 looks: ", not_seen);
 }
