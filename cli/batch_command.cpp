@@ -184,7 +184,8 @@ void add_batch_command(CLI::App* command) {
   command->add_flag("--list", options->list, "List the runs without starting any");
   auto* plot =
       command->add_option("--plot", options->plot.column, "Draw this column of the table, without starting runs");
-  auto* over = command->add_option("--over", options->plot.over, "Over this key or choice")->needs(plot);
+  auto* over =
+      command->add_option("--over", options->plot.over, "Key or choice along the horizontal axis")->needs(plot);
   plot->needs(over)->excludes(index)->excludes(slurm);
   command->add_option("--by", options->plot.by, "A line or a group of boxes for each value of this one")->needs(plot);
   command->add_option("--kind", options->plot.kind, "box or line; default: what suits the key")->needs(plot);

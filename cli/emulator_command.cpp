@@ -114,11 +114,12 @@ void add_emulator_command(CLI::App* command) {
   auto options = std::make_shared<EmulatorOptions>();
   command->add_option("file", options->file, "The emulator's configuration file")->required()->check(CLI::ExistingFile);
   command->add_option("--set", options->sets, "Override a key: --set emulator.seed=7")->allow_extra_args(false);
-  command->add_option("--seconds", options->seconds, "End after so many seconds (else at Ctrl-C)")
+  command->add_option("--seconds", options->seconds, "Duration in seconds (default: until Ctrl-C)")
       ->check(CLI::Range(0.0, 1e7));
   command->add_option("--truth", options->truth,
                       "Write true poses and LEDs to this CSV file, a row for each robot and picture");
-  command->add_option("--video", options->video, "Write what the cameras see (.avi: single JPEGs, .mp4: smaller)");
+  command->add_option("--video", options->video,
+                      "Write the cameras' pictures as a video (.avi: single JPEGs, .mp4: smaller)");
   command->add_flag("--offline", options->offline, "Open no ports; run as fast as possible, for --truth and --video");
   command->add_option("--calibration", options->calibration, "Write the cameras' calibration to this file (.yaml)");
   command

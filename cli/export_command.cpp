@@ -41,9 +41,11 @@ constexpr ExportKind export_kinds[] = {
     {"--csv", "csv", "A folder of CSV files: a table for each channel and each list in its messages",
      recording::export_csv},
     {"--hdf5", "run.h5", "An HDF5 file of the same tables, for Python, R and MATLAB", recording::export_hdf5},
-    {"--mcap", "run.mcap", "An MCAP file for Foxglove: messages, and the arena drawn", recording::export_mcap},
+    {"--mcap", "run.mcap", "An MCAP file for Foxglove and Rerun: messages, robots and the arena",
+     recording::export_mcap},
     {"--mp4", "film.mp4",
-     "A film of the arenas as the page draws them, 20 times as fast as life; drawing/film has more", export_film},
+     "A film of the arenas as the page draws them, 20 times faster than real time; drawing/film has more options",
+     export_film},
 };
 
 struct ExportOptions {
@@ -93,8 +95,8 @@ void add_export_command(CLI::App* command) {
       ->check(CLI::ExistingDirectory);
   for (std::size_t i = 0; i < std::size(export_kinds); ++i)
     command->add_flag(export_kinds[i].option, options->wanted[i], export_kinds[i].help);
-  command->add_option("--out", options->out, "Where to write; else it is export/ in the run's folder");
-  command->add_flag("--force", options->force, "Write anew what is there");
+  command->add_option("--out", options->out, "Output file or folder; default: export/ in the run's folder");
+  command->add_flag("--force", options->force, "Replace existing exports");
   command->footer(
       "Examples:\n  arkmesh export runs/demo --hdf5\n  arkmesh export runs/demo/shark --csv --out /tmp/shark\n"
       "  arkmesh export runs/demo --mcap --out demo.mcap\n  arkmesh export runs/demo --mp4\n"

@@ -11,10 +11,10 @@ namespace arkmesh::cli {
 std::vector<CLI::Option*> add_looks(CLI::App* command, std::map<std::string, std::string>& looks) {
   return {command
               ->add_option("--width", looks["width"],
-                           "As wide as a journal's column (3.5 inches) or page (7.16), which is the default")
+                           "Width of a journal's column (3.5 inches) or page (7.16 inches, the default)")
               ->check(CLI::IsMember({"column", "page"})),
-          command->add_option("--xlabel", looks["xlabel"], "Words along the axis, instead of the key's name"),
-          command->add_option("--ylabel", looks["ylabel"], "Words beside the axis, instead of the column's name"),
+          command->add_option("--xlabel", looks["xlabel"], "Label of the horizontal axis; default: the key's name"),
+          command->add_option("--ylabel", looks["ylabel"], "Label of the vertical axis; default: the column's name"),
           command->add_option("--title", looks["title"], "A title above the figure")};
 }
 

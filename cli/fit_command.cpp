@@ -83,8 +83,7 @@ void add_fit_command(CLI::App* command, RecordWalks record_walks) {
       "arena.kilobot.robots_file.");
   robots->callback([options, record_walks] { fit_robots(*options, record_walks); });
 
-  CLI::App* const check =
-      command->add_subcommand("check", "Say whether robots walk alike in a real and a simulated run");
+  CLI::App* const check = command->add_subcommand("check", "Compare how robots walk in a real and a simulated run");
   const auto checked = std::make_shared<CheckOptions>();
   check->add_option("runs", checked->runs, "The folders of both runs, which were recorded, of the same program")
       ->required()

@@ -227,7 +227,7 @@ void add_ohc_command(CLI::App* ohc) {
       "If arkmesh was killed, or the cable pulled, the controller keeps sending:\n"
       "stop it with `arkmesh ohc PORT stop`. Ends with 1 when the controller cannot be reached, with 5 when another "
       "program\n"
-      "has it. A guard that a lab left behind gives way, and goes on when this does not reach the robots.");
+      "has it. A guard left behind by a lab yields, and resumes if the command does not reach the robots.");
   ohc->parse_complete_callback([] { OperatorStop(); });  // from now on
   add_commands(*ohc, options);
   add_upload(*ohc, options);

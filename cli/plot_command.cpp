@@ -51,15 +51,14 @@ void add_plot_command(CLI::App* command) {
                    "The folder of a run: its arenas at one moment. Several runs, or a batch: curves over time")
       ->required()
       ->check(CLI::ExistingDirectory);
-  command->add_option("--at", options->at, "Lab time in seconds of the picture; else the last whole period");
+  command->add_option("--at", options->at, "Lab time of the picture in seconds; default: the last complete period");
   command->add_flag("--curves", options->curves, "Draw curves of a single run, too");
   command->add_option("--by", options->by, "Of a batch: a curve for each value of this factor")
       ->allow_extra_args(false);
   command->add_option("--series", options->series, "Which curves: completed, swarms.north, ...")
       ->allow_extra_args(false);
-  command->add_option(
-      "--out", options->out,
-      "The picture to write, .png, .jpg, .pdf or .svg; else picture.png or curves.png in the first folder");
+  command->add_option("--out", options->out,
+                      "Output file (.png, .jpg, .pdf or .svg); default: picture.png or curves.png in the first folder");
   add_looks(command, options->looks);
   command->footer(
       "Examples:\n  arkmesh plot runs/demo --at 600\n  arkmesh plot runs/monday runs/tuesday --out both.png\n"

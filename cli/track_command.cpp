@@ -155,7 +155,7 @@ void add_track_command(CLI::App* command) {
   command->add_option("--serve", options->serve_port, "Show it live in browsers: http://127.0.0.1:PORT/arena")
       ->check(CLI::Range(0, 65535));
   command->add_option("--publish", options->publish, "Publish poses on this LCM bus, with the tracks' numbers as ids");
-  command->add_option("--seconds", options->seconds, "End after so many seconds")->check(CLI::Range(0.0, 1e7));
+  command->add_option("--seconds", options->seconds, "Duration in seconds")->check(CLI::Range(0.0, 1e7));
   command
       ->add_option("--led-offset", options->led_offset_deg,
                    "Driving direction minus direction of the LED, degrees counter-clockwise")
