@@ -17,6 +17,4 @@ ARKMESH_CALLBACK(void*, json_state, void)
 ARKMESH_CALLBACK(void, global_setup, void)
 ARKMESH_CALLBACK(void, F5, void)
 ARKMESH_CALLBACK(void, F6, void)
-ARKMESH_CALLBACK(int16_t, obstacles, double, double, double*, double*)
-ARKMESH_CALLBACK(int16_t, lighting, double, double)
 #endif

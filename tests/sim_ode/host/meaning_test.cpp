@@ -305,6 +305,11 @@ TEST_CASE("check and run take the same programs") {
        "#include <kilombo.h>\ntypedef struct { int n; } USERDATA;\nREGISTER_USERDATA(USERDATA)\n"
        "extern char* (*callback_botinfo)(void);\nvoid tells(void) { callback_botinfo = 0; }\n",
        "(void)tells();"},
+      {true,
+       "#include <kilombo.h>\n"  // a program's own names for what it sets
+       "int16_t callback_obstacles(double x, double y, double* dx, double* dy) { *dx = x, *dy = y; return 1; }\n"
+       "int16_t callback_lighting(double x, double y) { return x + y; }\n",
+       "SET_CALLBACK(obstacles, callback_obstacles); SET_CALLBACK(lighting, callback_lighting);"},
       {true, "#ifdef KILOBOT\nint on_a_robot(void) { return 1; }\n#endif\n", "(void)0;"},
       {false, "#include <avr/io.h>\nvoid drives(void) { OCR2A = 70; }\n", "(void)drives();"},
       {false, "int unknown(void);\nint calls(void) { return unknown(); }\n", "(void)calls();"},
