@@ -429,7 +429,7 @@ TEST_CASE("a pale table under a lamp that blows out one corner and leaves anothe
     }
   const std::vector<Point> found = find_table_corners(picture);
   REQUIRE(found.size() == 4);
-  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
+  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 1);
 }
 
 TEST_CASE("what the picture's border cuts is no table") {

@@ -120,10 +120,13 @@ std::vector<Point> find_table_corners(const cv::Mat& picture) {
   if (best.empty() && picture.type() == CV_8UC3) best = by_colour(picture);
   if (best.empty()) return {};
   std::vector<cv::Point2f> fine(best.begin(), best.end());
-  cv::cornerSubPix(grey, fine, cv::Size(5, 5), cv::Size(-1, -1),
-                   cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-2));
+  // An outline misses corners by up to what are_near lets pass.
+  const int near = std::max(5, static_cast<int>(0.02 * std::sqrt(cv::contourArea(best))));
+  for (const int window : {near, 5})
+    cv::cornerSubPix(grey, fine, cv::Size(window, window), cv::Size(-1, -1),
+                     cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-2));
   for (std::size_t i = 0; i < 4; ++i)
-    if (cv::norm(fine[i] - cv::Point2f(best[i])) > 5) fine[i] = best[i];
+    if (cv::norm(fine[i] - cv::Point2f(best[i])) > near) fine[i] = best[i];
   // Clockwise in the picture (y down), from the corner nearest to the upper left.
   std::vector<Point> corners;
   for (const cv::Point2f& at : fine) corners.push_back({at.x, at.y});
