@@ -1,6 +1,6 @@
 // Reads what hosts write to the emulator's overhead controller, over a pseudo-terminal, which looks like a serial port,
 // and over TCP, as ser2net offers one, and notes when it came. On a loop and a thread of its own: the emulator's loop
-// draws pictures for tens of milliseconds, but on a serial line milliseconds count (docs/decisions.md has the figures).
+// draws pictures for tens of milliseconds, but on a serial line milliseconds count (hal/README.md has the figures).
 #pragma once
 
 #include <chrono>
