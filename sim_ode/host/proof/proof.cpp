@@ -196,8 +196,8 @@ std::string fraction_in(const ReadProgram& program, const std::string& place) {
 }
 
 // Of a whole number that differs by a multiple of 65536; the compiler's checks do not look at unsigned ones.
-std::string wrapping_of(const Difference& what, char type) {
-  if (what.kind != 'v' || type == 'f') return {};
+std::string wrapping_of(const Difference& what, const Silicon& silicon) {
+  if (what.kind != 'v' || silicon.number(what.leaf).second == 'f') return {};
   const auto value = [](const std::string& of) { return static_cast<unsigned>(std::strtoll(of.c_str(), nullptr, 10)); };
   return (value(what.here) - value(what.there)) % 65536 == 0 ? "unsigned numbers of 16 bits wrap" : "";
 }
@@ -334,7 +334,7 @@ Proof prove_program(const ProgramSources& sources, const TurnLog& log) {
   const bool memory_told = std::ranges::any_of(found, [](const Difference& one) { return one.kind == 'm'; });
   for (const Difference& one : merged(std::move(found), silicon)) {
     const auto reason = reasons.find({one.robot, one.segment});
-    std::string why = reason == reasons.end() ? wrapping_of(one, silicon.number(one.leaf).second) : reason->second;
+    std::string why = reason == reasons.end() ? wrapping_of(one, silicon) : reason->second;
     if (why.empty()) why = fraction_in(program, one.place);
     const bool harmless = one.kind == 'v' && one.seen_here.empty() && silicon.number(one.leaf).second == 'f';
     (harmless ? out.notes : out.causes).push_back(sentence(one, why, silicon));
