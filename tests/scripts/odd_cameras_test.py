@@ -189,6 +189,11 @@ class OddCamera:
 
 
 class OddCameras(EmulatedLab):
+    def stand(self):
+        done = subprocess.run([PROGRAM, "pause", self.folder / "lab.toml"], capture_output=True, text=True, timeout=300)
+        self.assertIn(done.returncode, (0, 4), done.stderr)
+        return done.returncode == 0
+
     def test_lab(self):
         camera = None
 
@@ -200,6 +205,7 @@ class OddCameras(EmulatedLab):
         camera.odd.set()
         for number, name in enumerate(ODD):
             self.until(300, lambda: len(camera.survived) > number, f"a whole stream after {name}")
+        self.until(300, self.stand, "that robots are named anew, and seen to stand")
         code, result = self.end_lab()
         self.assertEqual(code, 3, self.said("lab")[-1500:])  # ended by its operator, and robots were seen to stand
         for name in ("camera.gone", "camera.refused.damaged", "camera.refused.changed"):
