@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .kit import Kit
 from .pieces import _number
+from .showing import Showing
 
 _Setting = TypeVar("_Setting", bool, int, float, str)
 
@@ -19,8 +20,6 @@ WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("how", "u
 HEARD = numpy.dtype([("robot", "<u4"), ("kind", "<u4"), ("value", "<i4")])
 ONCE, UNTIL_LED_CHANGES, SHOWN, NOT_SHOWN = range(4)  # WORD's `how`, as scenarios/python/python_scenario.cpp has it
 _WHEELS = 255  # the slot of drive(), as hal/robot/set_point.hpp has it
-OWN_TABLES = ("hash", "audit")  # of each lab
-OWN_COLUMNS = ("run", "setting", "seed", "state", "why", "final_hash", "periods", "duration_s")  # of a batch's table, beside counts
 
 
 def check_every(every):
@@ -107,7 +106,7 @@ def _nine_bytes(data):
     return list(data)
 
 
-class Lab(Kit):
+class Lab(Kit, Showing):
     """Arrays have one row for each robot of this lab, in the order of `ids`; rows of robots never seen are NaN."""
 
     def __init__(self, facts, ask_setting):
@@ -309,61 +308,6 @@ class Lab(Kit):
         if lab not in self.labs:
             raise ValueError(f"{lab!r} is none of the labs {', '.join(self.labs)}")
         return self._merged.get(lab, {}).get(name, numpy.zeros(0, dtype=numpy.int64))
-
-    # --- for people ---
-    def row(self, table: str, /, **values: Any) -> None:
-        """A row of TABLE.csv in the run's folder. The names are its columns, in the order of the table's first row."""
-        if not re.fullmatch("[a-z][a-z0-9_]{0,63}", table) or table in OWN_TABLES:
-            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _, 64 of them at most, and not {' or '.join(OWN_TABLES)}")
-        columns = self._columns.setdefault(table, list(values))
-        if not values or set(columns) != set(values):
-            differ = [f"{what} {', '.join(names)}" for what, names in (("without", [c for c in columns if c not in values]),
-                                                                      ("with", [v for v in values if v not in columns])) if names]
-            raise ValueError(f"row of {table!r}: its columns are {', '.join(columns)}, and this row is {' and '.join(differ)}" if values and columns
-                             else f"row of {table!r}: a row has a column at least")
-        cells = [str(values[name]) for name in columns]
-        if "" in columns or any(set(c) & set(',"\r\n') for c in (*columns, *cells)):
-            raise ValueError(f"row of {table!r}: a name and a value hold no comma, quote or line end, and a name is not empty")
-        self._said.setdefault("rows", []).append([table, ",".join(columns), ",".join(cells)])
-
-    def count(self, name: str, n: int = 1) -> None:
-        """Adds to a total of this lab. The run's result has the sum of all labs as `name`, and `name@LAB` of each."""
-        if not str(name).strip() or not str(name).isprintable() or "@" in str(name) or name in OWN_COLUMNS:
-            raise ValueError(f"count {name!r}: a name is a text in one line without @, and is none of {', '.join(OWN_COLUMNS)}")
-        self._said.setdefault("counts", []).append([str(name), int(self._column("a count", n, 0, 2**53, 0))])
-
-    def circle(self, at: ArrayLike, radius: float, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
-        """Shown in this arena until the next boundary, from period(). `at`: one place, or (n, 2) of them."""
-        self._draw("circle", at, colour, filled, dashed, label, float(radius))
-
-    def polygon(self, corners: ArrayLike, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
-        self._draw("polygon", corners, colour, filled, dashed, label)
-
-    def line(self, points: ArrayLike, colour: str = "note", dashed: bool = False, label: str = "") -> None:
-        self._draw("line", points, colour, False, dashed, label)
-
-    def text(self, at: ArrayLike, text: str, colour: str = "note") -> None:
-        self._draw("text", at, colour, False, False, text)
-
-    def raster(self, corner: ArrayLike, cell: float, values: ArrayLike, heading: float = 0.0, colour: str = "pheromone", label: str = "") -> None:
-        """A quantity on a grid, shown as circle() is: `values` (rows, columns) from 0, not drawn, to 1, the fullest; rows go along
-        `heading` from `corner`, one after the other to its left. `cell`: a side in metres."""
-        values = numpy.asarray(values, dtype=float)
-        if values.ndim != 2 or not numpy.isfinite(values).all() or not (0 <= values).all() or not (values <= 1).all():
-            raise ValueError(f"a raster's values are (rows, columns) from 0 to 1, and these have the shape {values.shape}")
-        self._draw("raster", corner, colour, False, False, label)
-        self._said["draw"][-1].update(heading=float(heading), cell_m=float(cell), columns=values.shape[1],
-                                      cells=numpy.rint(values * 255).astype(numpy.uint8).tobytes().hex())
-
-    def _draw(self, shape, points, colour, filled, dashed, label, radius=0.0):
-        points = numpy.asarray(points, dtype=float).reshape(-1, 2)
-        if not numpy.isfinite(points).all() or not math.isfinite(radius):
-            raise ValueError(f"a {shape} has places and sizes that are numbers, and no NaN")
-        if self._colours and colour not in self._colours:
-            raise ValueError(f"colour {colour!r} is none of {', '.join(self._colours)}")
-        self._said.setdefault("draw", []).append(
-            {"shape": shape, "points": points.astype("<f8").tobytes().hex(), "radius": radius, "colour": colour, "filled": bool(filled),
-             "dashed": bool(dashed), "label": str(label)})
 
     # --- the lab's process ---
     def _see(self, now_us, robots, objects, heard, sensed=()):
