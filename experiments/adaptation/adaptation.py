@@ -9,13 +9,13 @@ class Adaptation(arkmesh.Scenario):
     every = 10  # once a second
 
     def begin(self, lab):
-        reach = lab.setting("range_m", 0.05, low=0.02, high=2, unit="m", help="how far robots hear each other")
-        self.noise = lab.setting("noise", 1.0, low=0, high=8, help="s.d. of what a robot senses of a quality, of 15")
-        self.hears = lab.setting("hears", True, help="false: robots are told that nobody is near")
-        self.changes = lab.setting("changes", True, help="false: qualities stay as they are")
-        self.change = lab.setting("change_s", 300, low=1, high=100_000, unit="s", help="when site 2 becomes the better one")
-        self.last = lab.setting("last_s", 300, low=1, high=100_000, unit="s", help="the end of the run, over which right_pct is a mean")
-        self.end = lab.setting("end_s", 1800, low=1, high=100_000, unit="s", help="the end of the run")
+        reach = lab.setting("range_m", 0.05, low=0.02, high=2, unit="m", about="how far robots hear each other")
+        self.noise = lab.setting("noise", 1.0, low=0, high=8, about="s.d. of what a robot senses of a quality, of 15")
+        self.hears = lab.setting("hears", True, about="false: robots are told that nobody is near")
+        self.changes = lab.setting("changes", True, about="false: qualities stay as they are")
+        self.change = lab.setting("change_s", 300, low=1, high=100_000, unit="s", about="when site 2 becomes the better one")
+        self.last = lab.setting("last_s", 300, low=1, high=100_000, unit="s", about="the end of the run, over which right_pct is a mean")
+        self.end = lab.setting("end_s", 1800, low=1, high=100_000, unit="s", about="the end of the run")
         self.sites = [lab.region(centre=(x, 0), radius=0.2, label=name) for x, name in ((-0.25, "site 1"), (0.25, "site 2"))]
         self.voices = lab.voices("opinions", 2, reach)
         self.shares = {"before": [], "after": []}

@@ -4,8 +4,8 @@ import arkmesh
 
 class Aggregation(arkmesh.Scenario):
     def begin(self, lab):
-        self.crowd = lab.crowd(lab.setting("range_m", 0.1, low=0.02, high=1, unit="m", help="how far a robot sees others"))
-        self.sees = lab.setting("sees", True, help="false: robots are told that nobody is near")
+        self.crowd = lab.crowd(lab.setting("range_m", 0.1, low=0.02, high=1, unit="m", about="how far a robot sees others"))
+        self.sees = lab.setting("sees", True, about="false: robots are told that nobody is near")
         self.half = None
 
     def frame(self, lab):

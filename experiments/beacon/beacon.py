@@ -8,8 +8,8 @@ SHOWS = numpy.array([GREEN, RED, RED, RED, BLUE, BLUE, BLUE, BLUE])  # beacon.c'
 
 class Beacon(arkmesh.Scenario):
     def begin(self, lab):
-        self.reach = lab.setting("reach_m", 10.0, low=0.001, high=100, unit="m", help="how far robots sense, in the shared world")
-        self.near = lab.setting("near_m", 0.15, low=0.001, high=100, unit="m", help="what counts as gathered, in the shared world")
+        self.reach = lab.setting("reach_m", 10.0, low=0.001, high=100, unit="m", about="how far robots sense, in the shared world")
+        self.near = lab.setting("near_m", 0.15, low=0.001, high=100, unit="m", about="what counts as gathered, in the shared world")
 
     def frame(self, lab):
         goals = lab.others.xy[lab.others.labs == lab.owner]

@@ -10,12 +10,12 @@ class BestOfN(arkmesh.Scenario):
     every = 10  # once a second
 
     def begin(self, lab):
-        quorum = lab.setting("quorum", 3, low=1, high=7, help="so many others of its opinion, and a robot decides")
-        reach = lab.setting("range_m", 0.25, low=0.02, high=2, unit="m", help="how far robots hear each other")
-        self.noise = lab.setting("noise", 2.0, low=0, high=8, help="s.d. of what a robot senses of a quality, of 15")
-        alike = lab.setting("alike", False, help="true: both sites are of the same quality")
-        self.limit = lab.setting("limit_s", 1800, low=1, high=100_000, unit="s", help="the run ends then at the latest")
-        lab.parameters([quorum] + 8 * [0], type=1)
+        quorum = lab.setting("quorum", 3, low=1, high=7, about="so many others of its opinion, and a robot decides")
+        reach = lab.setting("range_m", 0.25, low=0.02, high=2, unit="m", about="how far robots hear each other")
+        self.noise = lab.setting("noise", 2.0, low=0, high=8, about="s.d. of what a robot senses of a quality, of 15")
+        alike = lab.setting("alike", False, about="true: both sites are of the same quality")
+        self.limit = lab.setting("limit_s", 1800, low=1, high=100_000, unit="s", about="the run ends then at the latest")
+        lab.parameters([quorum] + 8 * [0], message_type=1)
         self.better = int(lab.random("better").integers(2))  # in the west or in the east
         self.qualities = numpy.full(2, 8.0) if alike else numpy.where(numpy.arange(2) == self.better, 12.0, 4.0)
         self.sites = [lab.region(centre=(x, 0), radius=0.15, label=f"{q:g}", colour="region_rich" if q > 8 else "region_poor")

@@ -7,9 +7,9 @@ NEST, FOOD, RADIUS = numpy.array([-0.33, 0.0]), numpy.array([0.33, 0.0]), 0.1
 
 class Foraging(arkmesh.Scenario):
     def begin(self, lab):
-        half_life = lab.setting("half_life_s", 60.0, low=1, high=100_000, unit="s", help="after which half of the pheromone is left")
-        self.smells = lab.setting("smells", True, help="false: robots are told that there is no pheromone")
-        shares = lab.setting("shares", True, help="false: each lab has a trail of its own")
+        half_life = lab.setting("half_life_s", 60.0, low=1, high=100_000, unit="s", about="after which half of the pheromone is left")
+        self.smells = lab.setting("smells", True, about="false: robots are told that there is no pheromone")
+        shares = lab.setting("shares", True, about="false: each lab has a trail of its own")
         trails = {each: lab.trail(f"of_{each}", lab.width_m, lab.height_m, cell=0.02, half_life=half_life, cap=5, full=2,
                                   zones=(4, numpy.pi, 0.06, 0.3)) for each in (["all"] if shares else lab.labs)}
         self.trail = trails["all" if shares else lab.name]

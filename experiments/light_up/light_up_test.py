@@ -14,7 +14,7 @@ class LightUpTest(unittest.TestCase):
             labs = HERE / "a.toml", HERE / "b.toml"
             first, again = (arkmesh.run(HERE / "light_up.py", *labs, seconds=20, seed=1, out=f"{folder}/{each}") for each in (1, 2))
             self.assertGreater(first.counts["lit_periods"], 0)
-            self.assertTrue(first.labs["b"].led.any())
+            self.assertTrue((first.labs["b"].led % 8).any())
             self.assertEqual(first.hash, again.hash)
 
 

@@ -5,8 +5,8 @@ import numpy
 
 class Meet(arkmesh.Scenario):
     def begin(self, lab):
-        self.speed = lab.setting("speed_m_per_s", 0.1, low=0.01, high=0.15, unit="m/s", help="of a robot on its way")
-        self.near = lab.setting("near_m", 0.15, low=0.01, high=10, unit="m", help="where it stops, in the shared world")
+        self.speed = lab.setting("speed_m_per_s", 0.1, low=0.01, high=0.15, unit="m/s", about="of a robot on its way")
+        self.near = lab.setting("near_m", 0.15, low=0.01, high=10, unit="m", about="where it stops, in the shared world")
 
     def frame(self, lab):
         if not lab.wheels_m_per_s or len(lab.others.ids) == 0:

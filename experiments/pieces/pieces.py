@@ -6,13 +6,13 @@ import arkmesh
 
 class Pieces(arkmesh.Scenario):
     def begin(self, lab):
-        name = lab.setting("piece", "eyes", one_of=["eyes", "crowd", "region", "floor", "towards", "light", "trail", "voices"], help="which one")
-        noise = lab.setting("noise", 0.0, low=0, high=1000, own=True, help="of its readings, in their unit")
+        name = lab.setting("piece", "eyes", one_of=["eyes", "crowd", "region", "floor", "towards", "light", "trail", "voices"], about="which one")
+        noise = lab.setting("noise", 0.0, low=0, high=1000, own=True, about="of its readings, in their unit")
         if name == "eyes":
             piece = lab.eyes(sectors=8, reach=0.12, noise=noise)
             self.senses = lambda: piece.bits > 0
         elif name == "crowd":
-            piece = lab.crowd(range=0.12, noise=noise)
+            piece = lab.crowd(reach=0.12, noise=noise)
             self.senses = lambda: piece.count >= 2
         elif name == "region":
             piece = lab.region(corners=[(-0.35, -0.3), (0.3, -0.2), (0.1, 0.35)], resource={"rate": 0.002, "growth": 0.01}, label="food", colour="resource")
@@ -31,7 +31,7 @@ class Pieces(arkmesh.Scenario):
             piece = lab.trail("trail", lab.width_m, lab.height_m, cell=0.02, half_life=20, diffusion=2e-5, zones=(4, math.pi, 0.06, 0.3), full=2)
             self.senses = lambda: piece.value > 0.5
         else:
-            piece = lab.voices("talk", 2, range=0.15)
+            piece = lab.voices("talk", 2, reach=0.15)
             self.senses = lambda: piece.heard[:, 1] > 0
         self.piece, self.name = piece, name
 

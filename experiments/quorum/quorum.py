@@ -5,8 +5,8 @@ import numpy
 
 class Quorum(arkmesh.Scenario):
     def begin(self, lab):
-        self.reach = lab.setting("reach_m", 0.25, low=0.001, high=100, unit="m", help="how near, in the shared world")
-        self.least = lab.setting("robots", 5, low=1, high=1000, help="how many others there must be")
+        self.reach = lab.setting("reach_m", 0.25, low=0.001, high=100, unit="m", about="how near, in the shared world")
+        self.least = lab.setting("robots", 5, low=1, high=1000, about="how many others there must be")
 
     def frame(self, lab):
         everyone = numpy.concatenate([lab.shared_xy[lab.seen], lab.others.shared_xy])

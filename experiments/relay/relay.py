@@ -5,7 +5,7 @@ import numpy
 
 class Relay(arkmesh.Scenario):
     def begin(self, lab):
-        self.reach = lab.setting("reach_m", 0.15, low=0.001, high=100, unit="m", help="how near, in the shared world")
+        self.reach = lab.setting("reach_m", 0.15, low=0.001, high=100, unit="m", about="how near, in the shared world")
         self.has_it = numpy.zeros(len(lab.ids), dtype=bool)
         self.has_it[0] = lab.is_owner
 

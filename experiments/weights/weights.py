@@ -9,15 +9,15 @@ class Weights(arkmesh.Scenario):
     every = 10  # once a second
 
     def begin(self, lab):
-        weight = lab.setting("weight", 0.25, low=0, high=1, help="of what others say; the rest is of what a robot senses itself")
-        reach = lab.setting("range_m", 0.25, low=0.02, high=2, unit="m", help="how far robots hear each other")
-        self.noise = lab.setting("noise", 0.1, low=0, high=0.5, help="share of readings that are wrong")
-        self.hears = lab.setting("hears", True, help="false: robots are told that nobody is near")
-        self.changes = lab.setting("changes", True, help="false: the floor stays as it is")
-        self.change = lab.setting("change_s", 300, low=1, high=100_000, unit="s", help="when bright tiles become dark, and dark ones bright")
-        self.last = lab.setting("last_s", 150, low=1, high=100_000, unit="s", help="the errors are means over so long")
-        self.end = lab.setting("end_s", 900, low=1, high=100_000, unit="s", help="the end of the run")
-        lab.parameters([round(64 * weight)] + 8 * [0], type=1)
+        weight = lab.setting("weight", 0.25, low=0, high=1, about="of what others say; the rest is of what a robot senses itself")
+        reach = lab.setting("range_m", 0.25, low=0.02, high=2, unit="m", about="how far robots hear each other")
+        self.noise = lab.setting("noise", 0.1, low=0, high=0.5, about="share of readings that are wrong")
+        self.hears = lab.setting("hears", True, about="false: robots are told that nobody is near")
+        self.changes = lab.setting("changes", True, about="false: the floor stays as it is")
+        self.change = lab.setting("change_s", 300, low=1, high=100_000, unit="s", about="when bright tiles become dark, and dark ones bright")
+        self.last = lab.setting("last_s", 150, low=1, high=100_000, unit="s", about="the errors are means over so long")
+        self.end = lab.setting("end_s", 900, low=1, high=100_000, unit="s", about="the end of the run")
+        lab.parameters([round(64 * weight)] + 8 * [0], message_type=1)
         self.floor = lab.floor("floor", lab.width_m, lab.height_m, columns=20, rows=20, shares=(3, 1))  # three of four tiles are bright, level 0
         self.voices = lab.voices("thoughts", 2, reach)
         self.errors = {"before": [], "after": []}

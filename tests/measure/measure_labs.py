@@ -84,7 +84,7 @@ class Five(arkmesh.Scenario):
     def begin(self, lab):
         self.trail = lab.trail("trail", width=5, height=5, cell=0.02, half_life=30, diffusion=1e-5, zones=(4, 3.14, 0.05, 0.2))
         self.walls, self.others = lab.eyes(sectors=8, reach=0.1), lab.eyes(sectors=4, reach=0.1, robots=0.0165)
-        self.crowd, self.red = lab.crowd(range=0.1), lab.crowd(range=0.2, leds=[1])
+        self.crowd, self.red = lab.crowd(reach=0.1), lab.crowd(reach=0.2, leds=[1])
     def frame(self, lab):
         self.trail.lay(lab.ids % 10 == 0, 0.1)
         lab.tell(lab.seen, kind=1, value=(self.trail.value > 2) | (self.crowd.count > 3))

@@ -29,7 +29,7 @@ def near_owner(lab, reach):
 
 class LightUp(arkmesh.Scenario):
     def begin(self, lab):
-        self.reach = lab.setting("reach_m", 0.10, low=0.001, high=100, unit="m", help="how near")
+        self.reach = lab.setting("reach_m", 0.10, low=0.001, high=100, unit="m", about="how near")
         lab.declare("lit", length=1, low=0, high=1_000_000)
         lab.publish("lit", START)
 
@@ -90,7 +90,7 @@ class Notebook(unittest.TestCase):
                     super().frame(lab)
                     seen[lab.name].append((lab.now_s, lab.xy, lab.heading, lab.led))
             run = arkmesh.run(Watch, A, B, seconds=5, settings={"b:arena.robots": 7, "scenario.watch.reach_m": 0.2})
-            for each in run, arkmesh.open(run.folder):
+            for each in run, arkmesh.open_run(run.folder):
                 for name, lab in each.labs.items():
                     assert lab.xy.shape == (51, 7 if name == "b" else 12, 2), lab.xy.shape
                     for time_s, xy, heading, led in seen[name]:
@@ -112,7 +112,7 @@ class Notebook(unittest.TestCase):
                 run = arkmesh.run(FILE, A, B, seed=int(row["seed"]), seconds=5)
                 assert (row["final_hash"], row["lit_periods"]) == (run.hash, run.counts["lit_periods"])
                 assert batch.runs[row["seed"]].hash == run.hash
-            assert (arkmesh.open(batch.folder).table == batch.table).all()
+            assert (arkmesh.open_run(batch.folder).table == batch.table).all()
             print(json.dumps(len(set(batch["final_hash"])) == 3))"""))
 
     def test_a_lab_as_a_loop(self):
@@ -208,7 +208,7 @@ class Notebook(unittest.TestCase):
                     for frame in lab:
                         {}["nothing"]
             except KeyError:
-                run = arkmesh.open("loop")
+                run = arkmesh.open_run("loop")
                 print(json.dumps(run.state == "failed" and "study.py" in run.ended and "KeyError" in run.ended))"""))
 
     def test_ctrl_c_ends_both_at_once(self):
@@ -237,7 +237,7 @@ class Notebook(unittest.TestCase):
                 try:
                     call(what, A, out=folder, settings={"scenario.answer_s": 500})
                 except KeyboardInterrupt:
-                    states.append((arkmesh.open(folder).state, time.monotonic() - at < 300))
+                    states.append((arkmesh.open_run(folder).state, time.monotonic() - at < 300))
                 os.remove("begun")
             print(json.dumps(states))""")
         self.assertEqual(said, [["stopped", True]] * 3)

@@ -66,7 +66,7 @@ class Mine(arkmesh.Scenario):
         self.box = lab.region(corners=[(-0.2, -0.2), (0.1, -0.2), (0.1, 0.1), (-0.2, 0.1)])
         tiles = numpy.arange(12).reshape(3, 4)
         self.tiles, self.drawn = lab.floor("f", 0.8, 0.6, 4, 3, tiles=tiles), lab.floor("g", 1, 1, 20, 20, shares=(1, 3), patch=1)
-        self.home, self.talk = lab.towards((0.3, 0.1)), lab.voices("talk", 3, range=0.15)
+        self.home, self.talk = lab.towards((0.3, 0.1)), lab.voices("talk", 3, reach=0.15)
         self.ring = lab.voices("ring", 2, graph=[(("a", i), ("b", i)) for i in range(20)])
         self.image = lab.floor("h", 0.8, 0.6, 4, 3, image="floor.png", levels=4)
         self.lamp, self.dim = lab.light(100, slope=(50, 0), beams=[{"path": [(0.1, 0), (0.2, 0)], "speed": 0.01}]), lab.light(500, noise=20)
@@ -187,7 +187,7 @@ class PythonScenario(unittest.TestCase):
                              ("lab.tell([0], value=[1, 2])", "mine.py:4: ValueError: value is one number, or 1 of them"),
                              ("lab.message(b'123', 5)", "mine.py:4: ValueError: data is nine bytes, and not 3"),
                              ("lab.message([1, 2, 1 << 24], 5)", "mine.py:4: ValueError: data is nine bytes, or three whole numbers"),
-                             ("lab.parameters(bytes(9), 128)", "mine.py:4: ValueError: type must be 0 to 127"),
+                             ("lab.parameters(bytes(9), 128)", "mine.py:4: ValueError: message_type must be 0 to 127"),
                              ("lab.drive([0], 0.1, 0.1)", "mine.py:4: ValueError: drive: a kilobot has no wheels"),
                              ("lab.whole_to_one = False; lab.message(bytes(9), 5, who=[0])", "mine.py:4: ValueError: who: this arena carries"),
                              ("lab.row('t', x='7' * (1 << 27))", "said 134217")):
@@ -235,10 +235,10 @@ class PythonScenario(unittest.TestCase):
     def test_messages_of_other_layouts(self):
         """Start parameters reach all robots before they run, over a lossy way; whole messages reach all, or one; words are of the layout."""
         programs = ROOT / "tests/programs"
-        mine = ("import arkmesh, numpy\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    lab.parameters([0x8000, 1, 2], type=10)\n"
+        mine = ("import arkmesh, numpy\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    lab.parameters([0x8000, 1, 2], message_type=10)\n"
                 "  def frame(self, lab):\n    lab.tell(lab.seen, kind=1, value=0x7FFF + 2 * (lab.ids % 2), shown=lab.ids < 0)\n"
                 "    colour = 1 if lab.now_s < 2 else 4\n"
-                "    lab.message(bytes([0, 0, colour << 1, 1, 2, 3, 4, 5, 6]), type=20)\n"
+                "    lab.message(bytes([0, 0, colour << 1, 1, 2, 3, 4, 5, 6]), message_type=20)\n"
                 "    if lab.now_s >= 3: lab.message([0, 4 << 8 | 1, 0x020304], 20, who=[3])\n"
                 "    lab.row('leds', t=lab.now_s, shown=' '.join(map(str, lab.led)))\n")
         for program, layout, at, middle, last in (("layout_7_1_16", "7+1+16", 29, "1 2 1 2 1 2", "1 2 1 2 1 2"), ("layout_whole", "7+1+16", 19, "1 1 1 1 1 1", "4 4 4 7 4 4")):
@@ -295,7 +295,7 @@ int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
         done = subprocess.run([ARKMESH, "run", self.folder / "table.toml", "--seed", "1", "--out", self.folder / "site"], capture_output=True, text=True, timeout=120,
                               env=ENVIRONMENT)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        run = arkmesh.open(self.folder / "site")
+        run = arkmesh.open_run(self.folder / "site")
         inside = numpy.hypot(run.xy[:, :, 0] - 0.2, run.xy[:, :, 1]) <= 0.15
         self.assertEqual(inside[0].sum(), 0)
         self.assertTrue((numpy.hypot(run.xy[0, :, 0] + 0.2, run.xy[0, :, 1]) <= 0.2).all())
@@ -410,7 +410,7 @@ int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
             done = subprocess.run([ARKMESH, "run", ROOT / "experiments/pieces/a.toml", "--seconds", "20", "--seed", "1", "--out", out, "--set", f"scenario.pieces.piece={piece}"],
                                   capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-            last = arkmesh.open(out).labs["a"].led[-1]
+            last = arkmesh.open_run(out).labs["a"].led[-1]
             self.assertTrue(0 < (last > 0).mean() < 0.9, (piece, last))
 
     def test_bad_settings_of_the_kit_are_one_sentence(self):
@@ -474,11 +474,14 @@ controller = "{ROOT}/tests/programs/labs_random_walk.c"
         self.assertEqual([row[0] for row in chance[0]], [row[0] for row in chance[1]])
         self.assertTrue(all(mine[1] != other[1] for mine, other in zip(*chance)))
 
+    @staticmethod
+    def lab_of_three():
+        return arkmesh.Lab({"file": "mine.py", "name": "a", "labs": ["a"], "owner": "a", "seed": 1, "period_s": 1, "frame_s": 0.1, "width_m": 1, "height_m": 1, "scale": 1,
+                            "kinds": 16, "values": 1024, "whole_to_one": True, "robots": [0, 1, 2], "obstacles": [], "objects": []}, lambda setting: setting["default"])
+
     def test_robots_that_were_never_seen_do_not_matter(self):
         """Whoever is told nothing needs no value: rows that the mask leaves out may hold anything."""
-        lab = arkmesh.Lab({"file": "mine.py", "name": "a", "labs": ["a"], "owner": "a", "seed": 1, "period_s": 1, "frame_s": 0.1, "width_m": 1, "height_m": 1, "scale": 1,
-                           "kinds": 16, "values": 1024, "whole_to_one": True, "robots": [0, 1, 2], "obstacles": [], "objects": []}, None)
-        lab._ask = lambda setting: setting["default"]
+        lab = self.lab_of_three()
         trail, voices = lab.trail("t", 1, 1, 0.1), lab.voices("v", 3, 1)
         lab.seen = numpy.array([True, False, True])
         values = numpy.array([5, numpy.nan, 7])
@@ -494,6 +497,47 @@ controller = "{ROOT}/tests/programs/labs_random_walk.c"
             lab.tell([1], value=[numpy.nan])
         with self.assertRaisesRegex(ValueError, "amount must be 0 or more"):
             trail.lay([0, 1], [1, numpy.nan])
+
+    def test_nothing_is_known_of_robots_that_were_never_seen(self):
+        """Numbers are NaN, whole numbers -1, masks False and LEDs 8, of the lab and of each piece, until a frame holds the robot."""
+        lab = self.lab_of_three()
+        eyes, crowd, trail, disc = lab.eyes(2), lab.crowd(1), lab.trail("t", 1, 1, 0.1), lab.region(centre=(0, 0), radius=1)
+        floor, home, gps, light, voices = lab.floor("f", 1, 1, 2, 2), lab.towards((0, 0)), lab.gps(), lab.light(), lab.voices("v", 2, 1)
+
+        def told():
+            found = [lab.xy, lab.shared_xy, lab.heading, lab.led, lab.seen, eyes.distance, eyes.bits, crowd.count, trail.value, trail.gradient, trail.zones, disc.inside,
+                     floor.level, home.bearing, home.distance, home.sector(4), gps.column, gps.row, gps.heading, light.level, voices.heard]
+            return [numpy.atleast_2d(each.T) for each in found]
+
+        unknown = {"f": numpy.isnan, "i": lambda v: v == -1, "b": lambda v: v == 0, "u": lambda v: v == 8}
+        kinds = "".join(each.dtype.kind for each in told())
+        self.assertEqual(kinds, "fffubfiiffibiffiiiiii")
+        self.assertTrue(all(unknown[each.dtype.kind](each).all() for each in told()))
+        robots = {"ids": numpy.array([0, 2]), "xy": numpy.zeros((2, 2)), "shared_xy": numpy.zeros((2, 2)), "heading": numpy.zeros(2), "led": numpy.zeros(2, numpy.uint8)}
+        lab._see(0, robots, numpy.zeros(0), numpy.zeros(0), [numpy.ones((2, piece.columns)) for piece in lab._pieces])
+        self.assertEqual("".join(each.dtype.kind for each in told()), kinds)
+        for each in told():
+            self.assertEqual(unknown[each.dtype.kind](each).all(axis=0).tolist(), [False, True, False])
+
+    def test_former_names_of_arguments_work_and_warn(self):
+        """In the user's own line; both names at once are refused; the scenario's log has the warning."""
+        lab = self.lab_of_three()
+        for former, now in ((lambda: lab.crowd(range=0.2), "crowd(): is now called reach="), (lambda: lab.voices("v", 2, range=0.2), "voices(): is now called reach="),
+                            (lambda: lab.message(bytes(9), type=5), "message(): is now called message_type="),
+                            (lambda: lab.parameters(bytes(9), type=5), "parameters(): is now called message_type="),
+                            (lambda: lab.setting("reach", 0.1, help="how near"), "setting(): is now called about="), (lambda: arkmesh.open, "arkmesh.open is now called arkmesh.open_run")):
+            with self.assertWarnsRegex(DeprecationWarning, ".*".join(map(re.escape, now.split(": ")))) as warned:
+                former()
+            self.assertEqual(warned.filename, __file__)
+        _, said = lab._take()
+        self.assertEqual([piece["range"] for piece in said["kit"]], [0.2, 0.2])
+        self.assertEqual([message["type"] for message in said["whole"] + said["parameters"]], [5, 5])
+        with self.assertRaisesRegex(TypeError, "reach twice, once as range"):
+            lab.crowd(range=0.1, reach=0.1)
+        with self.assertRaises(AttributeError):
+            arkmesh.openn  # pylint: disable=pointless-statement,no-member
+        self.assertEqual(self.run_it("import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    lab.setting('near', 1, help='x')\n")[0], 0)
+        self.assertRegex((self.folder / "out/a/scenario.log").read_text(), r"mine.py:4: DeprecationWarning: help= of setting\(\) is now called about=")
 
     def test_what_a_region_has_is_alike_in_all_labs(self):
         """Also in a lab without robots, before the first boundary, and in finished()."""
@@ -606,7 +650,7 @@ class Mine(arkmesh.Scenario):
                              (begin + "lab.floor('f', 1, 1, 2, 2, tiles=[1])", "mine.py:4: ValueError: tiles are 2 x 2 levels"),
                              (begin + "lab.voices('v', 65, 1)", "mine.py:4: ValueError: values must be 1 to 64"),
                              (begin + "lab.eyes(0)", "mine.py:4: ValueError: sectors must be 1 to 16, and is 0"),
-                             (begin + "lab.crowd(math.nan)", "mine.py:4: ValueError: range must be"),
+                             (begin + "lab.crowd(math.nan)", "mine.py:4: ValueError: reach must be"),
                              (begin + "lab.trail('a b', 1, 1, 0.1)", "ValueError: the name of a trail is a word"),
                              (begin + "lab.trail('t', 1, 1, 1e-6)", "mine.py:4: cell = 1e-06 of a pheromone: makes 1000000 x 1000000 cells"),
                              (begin + "lab.trail('t', 1, 1, 0.1, zones=(0, 1, 1, 1))", "mine.py:4: ValueError: the number of zones must be 1 to 32, and is 0"),

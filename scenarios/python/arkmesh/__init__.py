@@ -1,7 +1,9 @@
 """arkmesh from Python: scenarios, runs, batches and recordings. docs/writing-a-scenario.md. Needs Python 3.9 and numpy; figures need matplotlib."""
+from typing import TYPE_CHECKING, Any
+
+from . import renamed
 from .places import within
 from .recorded import Batch, LabRun, Run, open_run
-from .recorded import open_run as open  # pylint: disable=redefined-builtin  # as it was called
 from .running import batch, lab, run
 from .scenario import Lab, Others, Scenario
 from .session import Failed
@@ -9,3 +11,11 @@ from .studies import check, sweep
 
 __version__ = "0.1.0"
 __all__ = ["Batch", "Failed", "Lab", "LabRun", "Others", "Run", "Scenario", "batch", "check", "lab", "open_run", "run", "sweep", "within"]
+
+if not TYPE_CHECKING:
+    def __getattr__(name: str) -> Any:
+        """What had another name."""
+        if name == "open":
+            renamed.warn("arkmesh.open", "arkmesh.open_run", 2)
+            return open_run
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -19,6 +19,7 @@ import sys
 import sysconfig
 import textwrap
 import traceback
+import warnings
 
 import numpy
 
@@ -219,6 +220,7 @@ def load(file):
     spec = importlib.util.spec_from_file_location(file.stem, file)
     module = importlib.util.module_from_spec(spec)
     sys.modules[file.stem] = module
+    warnings.filterwarnings("default", category=DeprecationWarning, module=re.escape(file.stem))
     spec.loader.exec_module(module)
     found = [c for c in vars(module).values() if isinstance(c, type) and issubclass(c, Scenario) and c.__module__ == file.stem]
     if len(found) != 1:

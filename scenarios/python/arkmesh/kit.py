@@ -10,6 +10,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from .pieces import Crowd, Eyes, Floor, Gps, Light, Region, Towards, Trail, Voices, _callers_line, _leds, _name, _number, _pair, _whole
+from .renamed import renamed
 
 LARGEST_IMAGE = 16 << 20  # bytes
 
@@ -41,11 +42,11 @@ class Kit:
                                    "margin": _number("margin", margin, 0, 1e3), "half_planes": bool(half_planes),
                                    "robots": None if robots is None else _number("robots", robots, 0, 1e3)}, noise, every_s, sectors)
 
-    def crowd(self, range: float, leds: Optional[ArrayLike] = None, others: bool = True, noise: ArrayLike = 0.0,
-              every_s: float = 0.0) -> Crowd:  # pylint: disable=redefined-builtin
-        """How many robots are within `range` metres of each robot: of this lab and, `others` true, of other labs where they are in this
+    @renamed(range="reach")
+    def crowd(self, reach: float, leds: Optional[ArrayLike] = None, others: bool = True, noise: ArrayLike = 0.0, every_s: float = 0.0) -> Crowd:
+        """How many robots are within `reach` metres of each robot: of this lab and, `others` true, of other labs where they are in this
         arena, unless sensors.presence is "none". `leds`: only those whose LED is one of these numbers."""
-        return self._sensor(Crowd, {"piece": "crowd", "range": _number("range", range, 1e-6, 1e3), "leds": _leds(leds), "others": bool(others)}, noise, every_s)
+        return self._sensor(Crowd, {"piece": "crowd", "range": _number("reach", reach, 1e-6, 1e3), "leds": _leds(leds), "others": bool(others)}, noise, every_s)
 
     def trail(self, name: str, width: float, height: float, cell: float, half_life: float = 0.0, linear: float = 0.0, diffusion: float = 0.0,
               wind: ArrayLike = (0.0, 0.0), cap: float = 1e6, cut_off: float = 0.0, zones: Optional[Sequence[float]] = None, full: float = 1.0) -> Trail:
@@ -176,13 +177,13 @@ class Kit:
         return self._sensor(Light, {"piece": "light", "ambient": _number("ambient", ambient, -1e6, 1e6), "slope": _pair("slope", slope, -1e6, 1e6),
                                     "beams": given}, noise, every_s)
 
-    def voices(self, name: str, values: int, range: Optional[float] = None,
-               graph: Optional[Sequence[Any]] = None) -> Voices:  # pylint: disable=redefined-builtin
-        """Robots say one of 1 to 64 values to others of all labs: to those within `range` of them in the shared world, or to those that
+    @renamed(range="reach")
+    def voices(self, name: str, values: int, reach: Optional[float] = None, graph: Optional[Sequence[Any]] = None) -> Voices:
+        """Robots say one of 1 to 64 values to others of all labs: to those within `reach` of them in the shared world, or to those that
         the `graph` joins, pairs of (lab, id)."""
         values = _whole("values", values, 1, 64)
-        if (range is None) == (graph is None):
-            raise ValueError("voices have a range or a graph")
+        if (reach is None) == (graph is None):
+            raise ValueError("voices have a reach or a graph")
         if graph is not None:
             try:
                 graph = [[[str(lab), _whole("an id", robot, 0, 2**32 - 1)] for lab, robot in pair] for pair in graph]
@@ -193,7 +194,7 @@ class Kit:
             for lab, robot in (end for pair in graph for end in pair):
                 if lab == self.name and robot not in self.ids:
                     raise ValueError(f"a graph joins robot {robot} of {lab}, which is none of this lab's")
-        asked = {"piece": "voices", "name": _name("voices", name), "values": values, "graph": graph, "range": None if range is None else _number("range", range, 1e-6, 1e4)}
+        asked = {"piece": "voices", "name": _name("voices", name), "values": values, "graph": graph, "range": None if reach is None else _number("reach", reach, 1e-6, 1e4)}
         self._must_be_alike("voices", name, asked)
         return self._piece(Voices, asked, values)
 

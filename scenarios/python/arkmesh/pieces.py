@@ -1,5 +1,5 @@
 """The kit's pieces as a scenario sees them. The lab computes them (scenarios/kit), for C++ and Python alike; their arrays come with
-each frame, one row for each robot of the lab, NaN for robots that were never seen."""
+each frame, one row for each robot of the lab. Of robots that were never seen, numbers are NaN, whole numbers -1, and masks False."""
 from __future__ import annotations
 
 import math
@@ -48,6 +48,10 @@ def _callers_line():
     return f"{os.path.basename(frame.f_code.co_filename)}:{frame.f_lineno}"
 
 
+def _whole_numbers(sensed):
+    return numpy.nan_to_num(sensed, nan=-1).astype(int)
+
+
 class Piece:
     columns = 1
 
@@ -84,7 +88,8 @@ class Eyes(Piece):
     @property
     def bits(self) -> NDArray[numpy.int64]:
         """Of each robot, one number: a bit for each sector in which something is near, the first sector's highest."""
-        return (self.sensed >= 0) @ (1 << numpy.arange(self.columns - 1, -1, -1))
+        bits = (self.sensed >= 0) @ (1 << numpy.arange(self.columns - 1, -1, -1))
+        return numpy.where(numpy.isnan(self.sensed[:, 0]), -1, bits)
 
 
 class Crowd(Piece):
@@ -92,7 +97,7 @@ class Crowd(Piece):
 
     @property
     def count(self) -> NDArray[numpy.int64]:
-        return self.sensed[:, 0]
+        return _whole_numbers(self.sensed[:, 0])
 
 
 class Trail(Piece):
@@ -111,7 +116,7 @@ class Trail(Piece):
 
     @property
     def zones(self) -> NDArray[numpy.int64]:
-        return numpy.nan_to_num(self.sensed[:, 3]).astype(int)
+        return _whole_numbers(self.sensed[:, 3])
 
     def lay(self, who: ArrayLike, amount: ArrayLike = 1.0) -> None:
         """In frame(): the robots `who` (a mask over the rows, or ids) lay so much, one number or one for each of them, where the frame
@@ -151,11 +156,11 @@ class Region(Piece):
 
 
 class Floor(Piece):
-    """`level` (n) of the tile under each robot; -1 where a robot was never seen."""
+    """`level` (n) of the tile under each robot."""
 
     @property
     def level(self) -> NDArray[numpy.int64]:
-        return numpy.nan_to_num(self.sensed[:, 0], nan=-1).astype(int)
+        return _whole_numbers(self.sensed[:, 0])
 
 
 class Towards(Piece):
@@ -173,17 +178,17 @@ class Towards(Piece):
         return self.sensed[:, 1]
 
     def sector(self, sectors: int) -> NDArray[numpy.int64]:
-        """(n) of so many equal sectors, 0 around straight ahead, then counter-clockwise; 0 where a robot was never seen."""
-        return numpy.nan_to_num(numpy.floor(self.bearing / (2 * math.pi) * sectors + 0.5)).astype(int) % sectors
+        """(n) of so many equal sectors, 0 around straight ahead, then counter-clockwise."""
+        return _whole_numbers(numpy.floor(self.bearing / (2 * math.pi) * sectors + 0.5) % sectors)
 
 
 class Gps(Piece):
     """Where each robot is, as whole numbers: `column` and `row` (n) of the cell that it is in or next to, from the left and from below, and
-    `heading` (n) as one of so many directions, 0 around x, then counter-clockwise; -1 where a robot was never seen."""
+    `heading` (n) as one of so many directions, 0 around x, then counter-clockwise."""
 
     def _cell(self, axis):
         cells = numpy.floor((self.sensed[:, axis] / self.size[axis] + 0.5) * self.cells[axis])
-        return numpy.nan_to_num(numpy.clip(cells, 0, self.cells[axis] - 1), nan=-1).astype(int)
+        return _whole_numbers(numpy.clip(cells, 0, self.cells[axis] - 1))
 
     cells: list[int]
     size: list[float]
@@ -192,16 +197,15 @@ class Gps(Piece):
 
     @property
     def heading(self) -> NDArray[numpy.int64]:
-        turned = numpy.floor(self.sensed[:, 2] / (2 * math.pi) * self.cells[2] + 0.5) % self.cells[2]
-        return numpy.nan_to_num(turned, nan=-1).astype(int)
+        return _whole_numbers(numpy.floor(self.sensed[:, 2] / (2 * math.pi) * self.cells[2] + 0.5) % self.cells[2])
 
 
 class Light(Piece):
-    """`level` (n) of virtual light at each robot, 0 to 1023; -1 where a robot was never seen."""
+    """`level` (n) of virtual light at each robot, 0 to 1023."""
 
     @property
     def level(self) -> NDArray[numpy.int64]:
-        return numpy.nan_to_num(self.sensed[:, 0], nan=-1).astype(int)
+        return _whole_numbers(self.sensed[:, 0])
 
 
 class Voices(Piece):
@@ -209,7 +213,7 @@ class Voices(Piece):
 
     @property
     def heard(self) -> NDArray[numpy.int64]:
-        return numpy.nan_to_num(self.sensed).astype(int)
+        return _whole_numbers(self.sensed)
 
     def say(self, who: ArrayLike, value: ArrayLike) -> None:
         """In frame(): what the robots `who` (a mask over the rows, or ids) say from now on: one value or one for each; -1 is silence."""

@@ -75,7 +75,7 @@ def _frames_of(log):
     ids, columns = numpy.unique(robots["id"].astype(numpy.uint32), return_inverse=True)
     shape = (len(frames), len(ids))
     out = {"t_s": numpy.array(stamps_us, float)[first] / 1e6, "ids": ids, "xy": numpy.full((*shape, 2), numpy.nan),
-           "heading": numpy.full(shape, numpy.nan), "led": numpy.zeros(shape, numpy.uint8)}
+           "heading": numpy.full(shape, numpy.nan), "led": numpy.full(shape, 8, numpy.uint8)}
     for name in ("xy", "heading", "led"):
         out[name][rows, columns] = robots[name]
     return out
@@ -104,7 +104,7 @@ class Rows(collections.abc.Mapping):
 
 class _Arrays:
     """What a lab has of its run; a Run has that of its first lab. Frames are rows, robots columns in the order of `ids`; NaN, and an
-    LED of 0, where a robot was not seen."""
+    LED of 8, where a robot was not seen."""
 
     folder: pathlib.Path
     name: str

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .kit import Kit
 from .pieces import _number
+from .renamed import renamed
 from .showing import Showing
 
 _Setting = TypeVar("_Setting", bool, int, float, str)
@@ -107,7 +108,8 @@ def _nine_bytes(data):
 
 
 class Lab(Kit, Showing):
-    """Arrays have one row for each robot of this lab, in the order of `ids`; rows of robots never seen are NaN."""
+    """Arrays have one row for each robot of this lab, in the order of `ids`. Of robots that were never seen nothing is known: numbers are NaN, whole
+    numbers -1, masks False, LEDs 8."""
 
     def __init__(self, facts, ask_setting):
         self.name, self.labs, self.owner = facts["name"], facts["labs"], facts["owner"]
@@ -123,7 +125,7 @@ class Lab(Kit, Showing):
         self.seen = numpy.zeros(n, dtype=bool)  # whom the newest frame holds
         self.xy, self.shared_xy = numpy.full((n, 2), numpy.nan), numpy.full((n, 2), numpy.nan)
         self.heading = numpy.full(n, numpy.nan)
-        self.led = numpy.zeros(n, dtype=numpy.uint8)  # bit 0 red, bit 1 green, bit 2 blue; 8 when the camera cannot tell
+        self.led = numpy.full(n, 8, dtype=numpy.uint8)  # bit 0 red, bit 1 green, bit 2 blue; 8: unknown
         self.others = Others()
         self.obstacles, self.objects = ([Solid(told) for told in facts[key]] for key in ("obstacles", "objects"))
         self.object_xy, self.object_heading = numpy.array([o.xy for o in self.objects]).reshape(-1, 2), numpy.array([o.heading for o in self.objects])
@@ -138,17 +140,18 @@ class Lab(Kit, Showing):
         self._words_per_s = facts.get("words_per_s", math.inf)
 
     # --- settings, chance ---
-    def setting(self, name: str, default: _Setting, low: Optional[float] = None, high: Optional[float] = None, unit: str = "", help: str = "",
+    @renamed(help="about")
+    def setting(self, name: str, default: _Setting, low: Optional[float] = None, high: Optional[float] = None, unit: str = "", about: str = "",
                 one_of: Sequence[str] = (), own: bool = False) -> _Setting:
         """The value of `name` in [scenario.FILE] of the lab's file, which all labs have alike, else `default`; in begin() only. `own`:
-        in [sensors.FILE], in which labs may differ."""
+        in [sensors.FILE], in which labs may differ. `about`: what it is, in a few words."""
         if self._ask is None:
             raise RuntimeError(f"setting {name!r}: ask for settings in begin()")
         if not re.fullmatch("[a-z][a-z0-9_]*", name):
             raise ValueError(f"setting {name!r}: a name is a-z, 0-9 and _, and begins with a letter")
         if not isinstance(default, (bool, int, float, str)):
             raise TypeError(f"setting {name!r}: the default is a bool, int, float or str, and not {default!r}")
-        asked = {"name": name, "default": default, "low": low, "high": high, "unit": unit, "help": help, "one_of": list(one_of), "own": bool(own)}
+        asked = {"name": name, "default": default, "low": low, "high": high, "unit": unit, "help": about, "one_of": list(one_of), "own": bool(own)}
         if self._settings.setdefault(name, asked) != asked:
             raise ValueError(f"setting {name!r} is asked for twice, in two ways; ask once, and keep the value")
         if isinstance(default, str) and one_of and default not in one_of:
@@ -200,23 +203,25 @@ class Lab(Kit, Showing):
             words["value"] += (self._chosen(f"{name}, mm/s,", mm_s, -most, most, rows, by_ids).astype(numpy.int64) + 2048).astype(numpy.uint32) << shift
         self._words.append(words)
 
-    def message(self, data: Any, type: int, who: Optional[ArrayLike] = None, slot: ArrayLike = 0) -> None:  # pylint: disable=redefined-builtin
+    @renamed(type="message_type")
+    def message(self, data: Any, message_type: int, who: Optional[ArrayLike] = None, slot: ArrayLike = 0) -> None:
         """A whole message of nine bytes and a type 0 to 127, said once: to all robots, or, in simulation only, to `who`. `data`:
         nine bytes, or three numbers of 24 bits, most significant byte first. It takes the place of words to three robots."""
         if who is not None and not self.whole_to_one:
             raise ValueError("who: this arena carries no whole message to single robots, as no overhead controller does; leave who out")
         self._said.setdefault("whole", []).append(
-            {"type": self._type(type), "data": _nine_bytes(data), "slot": int(self._column("slot", slot, 0, 255, 0)),
+            {"type": self._type(message_type), "data": _nine_bytes(data), "slot": int(self._column("slot", slot, 0, 255, 0)),
              "robots": None if who is None else self.ids[self._rows(who)[0]].tolist()})
 
-    def parameters(self, data: Any, type: int) -> None:  # pylint: disable=redefined-builtin
+    @renamed(type="message_type")
+    def parameters(self, data: Any, message_type: int) -> None:
         """What robots have to know before they run: repeated to all of them right before they begin, and before they run after
         a reset. Those of a type that are given in one call of the scenario, such as one for each robot with its id in `data`, replace
-        former ones of that type; 64 in all at most. `data` and `type` as in message()."""
-        self._said.setdefault("parameters", []).append({"type": self._type(type), "data": _nine_bytes(data)})
+        former ones of that type; 64 in all at most. Both arguments as in message()."""
+        self._said.setdefault("parameters", []).append({"type": self._type(message_type), "data": _nine_bytes(data)})
 
     def _type(self, given):
-        return int(self._column("type", given, 0, 127, 0))
+        return int(self._column("message_type", given, 0, 127, 0))
 
     def _column(self, name, given, low, high, n=None):
         """A number, or one for each row, as integers within low..high."""
