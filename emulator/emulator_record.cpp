@@ -8,10 +8,12 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "tracker/camera/calibration_file.hpp"
+#include "tracker/camera/jpeg_video.hpp"
 #include "tracker/camera/landmarks.hpp"
 #include "tracker/camera/source.hpp"
 
@@ -31,6 +33,11 @@ std::string name_for(const Emulator& emulator, std::size_t camera, const std::st
 
 }  // namespace
 
+struct EmulatorRecord::Video {
+  std::optional<tracker::JpegVideo> jpegs;  // of .avi
+  cv::VideoWriter mp4;                      // of all others
+};
+
 EmulatorRecord::EmulatorRecord(const Emulator& emulator, const std::string& truth, const std::string& video)
     : truth_name_(truth) {
   if (!truth.empty()) {
@@ -44,19 +51,17 @@ EmulatorRecord::EmulatorRecord(const Emulator& emulator, const std::string& trut
   const std::string kind = std::filesystem::path(video).extension().string();
   if (kind != ".avi" && kind != ".mp4")
     throw std::runtime_error(fmt::format("{}: a video's name must end in .avi or .mp4", video));
-  const int code =
-      kind == ".avi" ? cv::VideoWriter::fourcc('M', 'J', 'P', 'G') : cv::VideoWriter::fourcc('m', 'p', '4', 'v');
   const double frames_per_s = 1e6 / static_cast<double>(emulator.config().frame_period.count());
   for (std::size_t k = 0; k < emulator.cameras(); ++k) {
     const CameraSettings& camera = emulator.camera(k).settings();
     const std::string name = name_for(emulator, k, video);
-    videos_.push_back(std::make_unique<cv::VideoWriter>(name, kind == ".avi" ? cv::CAP_OPENCV_MJPEG : cv::CAP_FFMPEG,
-                                                        code, frames_per_s,
-                                                        cv::Size(camera.width_px, camera.height_px)));
-    if (!videos_.back()->isOpened())
+    const cv::Size size(camera.width_px, camera.height_px);
+    Video& video = *videos_.emplace_back(std::make_unique<Video>());
+    if (kind == ".avi")
+      video.jpegs.emplace(name, size, frames_per_s);
+    else if (!video.mp4.open(name, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), frames_per_s, size))
       throw std::runtime_error(
           fmt::format("cannot write the video {}; does the folder exist, and has the disk free space?", name));
-    videos_.back()->set(cv::VIDEOWRITER_PROP_QUALITY, 95);
     last_.emplace_back(camera.height_px, camera.width_px, CV_8UC3, cv::Scalar::all(0));
   }
 }
@@ -78,7 +83,11 @@ void EmulatorRecord::add_truth(const Emulator& emulator) {
 void EmulatorRecord::add_picture(std::size_t number, const cv::Mat& picture) {
   if (videos_.empty()) return;
   if (!picture.empty()) picture.copyTo(last_[number]);
-  videos_[number]->write(last_[number]);
+  Video& video = *videos_[number];
+  if (video.jpegs)
+    video.jpegs->write(last_[number]);
+  else
+    video.mp4.write(last_[number]);
 }
 
 void EmulatorRecord::add(Emulator& emulator) {

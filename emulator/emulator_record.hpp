@@ -2,15 +2,12 @@
 #pragma once
 
 #include <fstream>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
 #include "emulator/emulator.hpp"
-
-namespace cv {
-class VideoWriter;
-}
 
 namespace arkmesh::emulator {
 
@@ -33,7 +30,8 @@ class EmulatorRecord {
  private:
   std::string truth_name_;
   std::ofstream truth_;
-  std::vector<std::unique_ptr<cv::VideoWriter>> videos_;
+  struct Video;
+  std::vector<std::unique_ptr<Video>> videos_;
   std::vector<cv::Mat> last_;
 };
 

@@ -20,6 +20,7 @@
 
 #include "tests/support/processes/temporary_directory.hpp"
 #include "tracker/camera/jpeg_stream.hpp"
+#include "tracker/camera/jpeg_video.hpp"
 #include "tracker/camera/live_camera.hpp"
 #include "tracker/camera/picture_child.hpp"
 #include "tracker/camera/source.hpp"
@@ -239,6 +240,33 @@ TEST_CASE("a video that is cut says how many pictures are missing") {
   const Watched all = watch(folder.write("cut.avi", bytes.substr(0, bytes.size() / 2)));
   CHECK(all.levels.size() < 12);
   CHECK(has(all.error, "more pictures that it does not contain: it is cut or damaged"));
+}
+
+TEST_CASE("a video of JPEGs that was written here is whole") {
+  // Proves that each of 300 pictures comes back with all its pixels, at its time.
+  const TemporaryDirectory folder;
+  const std::string file = (folder.path() / "noise.avi").string();
+  cv::Mat picture(48, 64, CV_8UC3);
+  {
+    JpegVideo video(file, picture.size(), 20);
+    for (int i = 0; i < 300; ++i) {
+      cv::theRNG().state = static_cast<std::uint64_t>(i) + 1;
+      cv::randu(picture, 0, 255);
+      video.write(picture);
+    }
+  }
+  const auto recording = open_recording(file);
+  CHECK(recording->pictures() == 300u);
+  for (int i = 0; i < 300; ++i) {
+    const auto read = recording->next();
+    REQUIRE(read.has_value());
+    REQUIRE(read->bgr.size() == picture.size());
+    CHECK(read->stamp.count() == 50'000 * i);
+  }
+  CHECK_FALSE(recording->next().has_value());
+  CHECK(recording->error().empty());
+  CHECK_THROWS_WITH_AS(JpegVideo("/nowhere/video.avi", {64, 48}, 20), doctest::Contains("/nowhere/video.avi"),
+                       std::runtime_error);
 }
 
 TEST_CASE("a video's pictures are as OpenCV decodes them") {
