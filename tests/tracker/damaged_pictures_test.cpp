@@ -46,11 +46,21 @@ Bytes jpeg_of(const cv::Mat& picture) {
 Bytes grey_jpeg(int level) {
   return jpeg_of(cv::Mat(48, 64, CV_8UC1, cv::Scalar(level)));
 }
+// The first half of its pixels, with a proper end, which decoders fill up with grey.
+Bytes early_end(Bytes jpeg) {
+  jpeg.resize(jpeg.size() / 2);
+  jpeg.insert(jpeg.end(), {0xFF, 0xD9});
+  return jpeg;
+}
 Bytes noise(std::size_t size) {
   Bytes out(size);
   std::uint32_t state = 1;
   for (std::uint8_t& byte : out) byte = static_cast<std::uint8_t>((state = state * 1664525 + 1013904223) >> 24);
   return out;
+}
+
+cv::Mat noise_picture() {
+  return cv::Mat(48, 64, CV_8UC3, noise(48 * 64 * 3).data()).clone();
 }
 
 void put(std::string& to, std::uint32_t number, int bytes = 4) {
@@ -207,8 +217,12 @@ TEST_CASE("JPEGs are found between heads, padding and damage, in parts of any le
       Bytes jpeg;
       cv::imencode(".jpg", channels == 1 ? noise.reshape(1) : noise, jpeg, {cv::IMWRITE_JPEG_PROGRESSIVE, progressive});
       CHECK(cv::norm(decode_jpeg(jpeg), cv::imdecode(jpeg, cv::IMREAD_COLOR), cv::NORM_INF) == 0);
-      jpeg.resize(jpeg.size() / 2);
-      CHECK(decode_jpeg(jpeg).cols == (channels == 1 ? 249 : 83));  // the rest is grey
+      CHECK_FALSE(lacks_pixels(jpeg));
+      const Bytes half = early_end(jpeg);
+      CHECK(decode_jpeg(half).empty());
+      CHECK(lacks_pixels(half));
+      jpeg.insert(jpeg.end() - 2, 3, 0);  // as some cameras pad
+      CHECK_FALSE(decode_jpeg(jpeg).empty());
     }
   Bytes huge = first;
   const std::vector<std::uint8_t> frame_head{0xFF, 0xC0};
@@ -218,15 +232,19 @@ TEST_CASE("JPEGs are found between heads, padding and damage, in parts of any le
 }
 
 TEST_CASE("a video's damaged pictures are left out one by one, and those after them keep their times") {
-  // Proves it for noise, a cut picture and one that the camera left out; a format that changes harms nothing.
+  // Proves it for noise, cut pictures and one that the camera left out; a format that changes harms nothing.
   const TemporaryDirectory folder;
   Bytes cut = jpeg_of(grey(50));
   cut.resize(cut.size() / 2);
+  const Bytes ended = early_end(jpeg_of(noise_picture()));
   const std::string file = folder.write(
-      "odd.avi", avi_of({jpeg_of(grey(10)), noise(900), jpeg_of(grey(30)), grey_jpeg(40), cut, {}, grey_jpeg(70)}));
+      "odd.avi",
+      avi_of({jpeg_of(grey(10)), noise(900), jpeg_of(grey(30)), grey_jpeg(40), cut, {}, grey_jpeg(70), ended}));
   const Watched all = watch(file);
-  CHECK(all.levels == std::vector<int>{10, -1, 30, 40, -1, 70});
-  REQUIRE(all.times_ms.size() == 6);
+  CHECK(all.levels == std::vector<int>{10, -1, 30, 40, -1, 70, -1});
+  REQUIRE(all.times_ms.size() == 7);
+  const std::string picture = folder.write("ended.jpg", std::string(ended.begin(), ended.end()));
+  CHECK(watch(picture).levels == std::vector<int>{-1});
   CHECK(all.times_ms[2] == 200);
   CHECK(all.times_ms[3] == 300);
   CHECK(all.times_ms[5] == 600);
@@ -291,8 +309,7 @@ TEST_CASE("a process that reads pictures may die or hang") {
   // Proves that its death, and its silence, are one sentence for who waits for its pictures.
   const TemporaryDirectory folder;
   // more than a pipe holds, so that it cannot be done before
-  const std::string file = folder.write(
-      "long.avi", avi_of(std::vector<Bytes>(400, jpeg_of(cv::Mat(48, 64, CV_8UC3, noise(48 * 64 * 3).data())))));
+  const std::string file = folder.write("long.avi", avi_of(std::vector<Bytes>(400, jpeg_of(noise_picture()))));
   const auto never = [] { return false; };
   for (const int signal : {SIGKILL, SIGSTOP}) {
     PictureChild child({.path = file, .shown = "long.avi", .patience = signal == SIGKILL ? 60s : 1s});
@@ -316,11 +333,12 @@ TEST_CASE("a stream's damaged pictures are counted and cost no connection") {
   // being used again as soon as they come.
   std::vector<Bytes> pictures;
   for (int i = 0; i < 12; ++i) pictures.push_back(i % 3 == 1 ? noise(4000) : jpeg_of(grey(10 * i)));
+  pictures.insert(pictures.begin() + 3, early_end(jpeg_of(noise_picture())));
   pictures.push_back(jpeg_of(grey(200, {32, 48})));
   const OddCamera camera(multipart(pictures), true);
   const auto feed = open_camera({.source = camera.url});
   CHECK(soon([&] { return feed->counters()["camera.refused.changed"] > 0; }));
-  CHECK(feed->counters()["camera.refused.damaged"] == 4);
+  CHECK(feed->counters()["camera.refused.damaged"] == 5);
   CHECK(feed->counters()["camera.skipped"] == 7);
   CHECK(feed->newest().at<cv::Vec3b>(0, 0)[0] == 110);
   CHECK(has(feed->error(), "now gives pictures of 32 x 48 pixels in place of 64 x 48"));

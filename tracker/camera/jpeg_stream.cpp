@@ -1,5 +1,6 @@
 #include "tracker/camera/jpeg_stream.hpp"
 
+#include <jerror.h>
 #include <jpeglib.h>
 
 #include <algorithm>
@@ -15,57 +16,51 @@ constexpr std::array<std::uint8_t, 3> begin_marker{0xFF, 0xD8, 0xFF};
 constexpr std::uint8_t start_of_image = 0xD8, end_of_image = 0xD9, start_of_scan = 0xDA, first_note = 0xE0,
                        last_note = 0xFE;
 constexpr std::size_t longest_head = 2048;  // of a part in a multipart stream; more bytes are a picture that is none
-constexpr std::int64_t max_pixels = 64ll << 20;
-
-// The size by the frame's head; nothing when there is none.
-std::optional<cv::Size> size_of(std::span<const std::uint8_t> jpeg) {
-  for (std::size_t at = 2; at + 9 < jpeg.size();) {
-    const std::uint8_t kind = jpeg[at + 1];
-    if (jpeg[at] != 0xFF || kind == start_of_scan) return {};
-    if (kind == 0xFF) {
-      ++at;
-      continue;
-    }
-    if (kind >= 0xC0 && kind <= 0xCF && kind != 0xC4 && kind != 0xC8 && kind != 0xCC)
-      return cv::Size(jpeg[at + 7] << 8 | jpeg[at + 8], jpeg[at + 5] << 8 | jpeg[at + 6]);
-    at += 2 + (static_cast<std::size_t>(jpeg[at + 2]) << 8 | jpeg[at + 3]);
-  }
-  return {};
-}
+constexpr std::int64_t max_camera_pixels = 64ll << 20, max_file_pixels = 1ll << 30;
 
 struct Decoder {
+  Decoder() = default;
+  ~Decoder() { jpeg_destroy_decompress(&reader); }
+  Decoder(const Decoder&) = delete;
+  Decoder& operator=(const Decoder&) = delete;
+
   jpeg_decompress_struct reader{};
   jpeg_error_mgr errors{};
   std::jmp_buf failed;
 };
 
-// Into a picture of the size that the head says, which is empty afterwards if it is damaged. False: it has four
-// colours.
-bool decode_colours(std::span<const std::uint8_t> jpeg, Decoder& decoder, cv::Mat& bgr) {
+// Pixels are missing, which the library would fill with grey. Other warnings, as of noise behind the pixels, cost none.
+bool costs_pixels(int warning) {
+  return warning == JWRN_HIT_MARKER || warning == JWRN_JPEG_EOF || warning == JWRN_HUFF_BAD_CODE ||
+         warning == JWRN_MUST_RESYNC;
+}
+
+// BGR, or what has four colours as it is, its sides divided by `shrink`. Empty: damaged, or of too many pixels.
+void decode_rows(std::span<const std::uint8_t> jpeg, unsigned shrink, std::int64_t most_pixels, Decoder& decoder,
+                 cv::Mat& picture) {
   jpeg_decompress_struct& reader = decoder.reader;
   reader.err = jpeg_std_error(&decoder.errors);
   reader.client_data = &decoder;
   decoder.errors.error_exit = [](j_common_ptr all) {
     std::longjmp(static_cast<Decoder*>(all->client_data)->failed, 1);
   };
-  decoder.errors.emit_message = [](j_common_ptr, int) {};
-  if (setjmp(decoder.failed) != 0) {
-    bgr.release();
-    return true;
-  }
+  decoder.errors.emit_message = [](j_common_ptr all, int level) {
+    if (level < 0 && costs_pixels(all->err->msg_code)) all->err->error_exit(all);
+  };
+  if (setjmp(decoder.failed) != 0) return picture.release();
   jpeg_create_decompress(&reader);
   jpeg_mem_src(&reader, jpeg.data(), jpeg.size());
   jpeg_read_header(&reader, TRUE);
-  if (reader.num_components > 3) return false;
-  reader.out_color_space = JCS_EXT_BGR;
+  if (std::int64_t{reader.image_width} * reader.image_height > most_pixels) return;
+  reader.out_color_space = reader.num_components > 3 ? JCS_CMYK : JCS_EXT_BGR;
+  reader.scale_denom = shrink;
   jpeg_start_decompress(&reader);
-  if (static_cast<int>(reader.output_width) != bgr.cols || static_cast<int>(reader.output_height) != bgr.rows)
-    std::longjmp(decoder.failed, 1);
+  picture.create(static_cast<int>(reader.output_height), static_cast<int>(reader.output_width),
+                 CV_8UC(reader.output_components));
   while (reader.output_scanline < reader.output_height) {
-    JSAMPROW row = bgr.ptr(static_cast<int>(reader.output_scanline));
+    JSAMPROW row = picture.ptr(static_cast<int>(reader.output_scanline));
     jpeg_read_scanlines(&reader, &row, 1);
   }
-  return true;
 }
 
 }  // namespace
@@ -164,20 +159,26 @@ void JpegStream::end() {
 }
 
 cv::Mat decode_jpeg(std::span<const std::uint8_t> jpeg) {
-  const auto size = size_of(jpeg);
-  if (!size || std::int64_t{size->width} * size->height > max_pixels) return {};
   try {
     // OpenCV takes as long again to turn RGB into BGR
-    cv::Mat bgr(*size, CV_8UC3);
+    cv::Mat picture;
     Decoder decoder;
-    const bool decoded = decode_colours(jpeg, decoder, bgr);
-    jpeg_destroy_decompress(&decoder.reader);
-    if (decoded) return bgr;
+    decode_rows(jpeg, 1, max_camera_pixels, decoder, picture);
+    if (picture.channels() < 4) return picture;
     const cv::Mat bytes(1, static_cast<int>(jpeg.size()), CV_8UC1, const_cast<std::uint8_t*>(jpeg.data()));
     return cv::imdecode(bytes, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
     return {};
   }
+}
+
+bool lacks_pixels(std::span<const std::uint8_t> file) {
+  if (file.size() < begin_marker.size() || !std::equal(begin_marker.begin(), begin_marker.end(), file.begin()))
+    return false;
+  cv::Mat small;
+  Decoder decoder;
+  decode_rows(file, 8, max_file_pixels, decoder, small);
+  return small.empty();
 }
 
 }  // namespace arkmesh::tracker

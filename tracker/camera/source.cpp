@@ -16,6 +16,8 @@
 
 #include "hal/counted.hpp"
 #include "hal/files/replace_file.hpp"
+#include "hal/files/whole_file.hpp"
+#include "tracker/camera/jpeg_stream.hpp"
 #include "tracker/camera/lower_case.hpp"
 #include "tracker/camera/picture_child.hpp"
 
@@ -25,6 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double folder_pictures_per_s = 10;
+constexpr std::uintmax_t largest_picture_file = 1u << 30;
 
 // frame9 before frame10. The names themselves decide where numbers do not.
 bool natural_before(const std::string& a, const std::string& b) {
@@ -170,7 +173,10 @@ std::vector<fs::path> pictures_of(const fs::path& folder) {
 
 cv::Mat read_picture(const fs::path& file) {
   try {
-    return cv::imread(file.string(), cv::IMREAD_COLOR);
+    std::string bytes = hal::whole_file(file, largest_picture_file).value_or("");
+    const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1, bytes.data());
+    if (lacks_pixels({row.data, bytes.size()})) return {};  // OpenCV would make them up
+    return cv::imdecode(row, cv::IMREAD_COLOR);
   } catch (const cv::Exception&) {
     return {};  // an absurd size, for example: as good as unreadable
   }
