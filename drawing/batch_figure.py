@@ -84,6 +84,7 @@ def draw(folder, column, over, by="", kind="", width="page", xlabel=None, ylabel
     samples = {}
     for row in rows:
         samples.setdefault((row[over], row[by] if by else ""), []).append(row)
+    about = figure_style.told_in(folder)
     told = intervals.Column(column, rows, intervals.table_hash(folder / "runs.csv"))
     places = in_order([row[over] for row in rows])
     groups = in_order([row[by] for row in rows]) if by else [""]
@@ -94,15 +95,15 @@ def draw(folder, column, over, by="", kind="", width="page", xlabel=None, ylabel
     if axes is None:
         _, axes = figure_style.new(width)
     (draw_lines if kind == "line" else draw_boxes)(axes, told, samples, places, groups)
-    axes.set_xlabel(xlabel or figure_style.label_of(over))
-    axes.set_ylabel(ylabel or figure_style.label_of(column))
+    axes.set_xlabel(xlabel or figure_style.label_of(over, about))
+    axes.set_ylabel(ylabel or figure_style.label_of(column, about))
     axes.set_ylim(bottom=min(0, axes.get_ylim()[0]))
     if told.kind == "mean":
         figure_style.whole_numbers(axes.yaxis, told.sample(rows))
     if by:
         boxes = [Patch(facecolor=colour, alpha=0.6, label=group) for colour, group in zip(COLOURS * 9, groups)]
-        axes.legend(title=figure_style.label_of(by), **({"handles": boxes} if kind == "box" else {}))
-    pooled = [figure_style.words_of(factor)[0] for factor in factors if factor not in keys and len({row[factor] for row in rows}) > 1]
+        axes.legend(title=figure_style.label_of(by, about), **({"handles": boxes} if kind == "box" else {}))
+    pooled = [figure_style.words_of(factor, about)[0] for factor in factors if factor not in keys and len({row[factor] for row in rows}) > 1]
     n = sorted({len(sample) for sample in samples.values()})
     words = f"n = {n[0]}" if len(n) == 1 else f"n = {n[0]} to {n[-1]}"
     words += figure_style.seed_words({int(row["seed"]) for row in rows if row["seed"].isdigit()})

@@ -10,7 +10,7 @@ import read_log
 from figure_style import COLOURS, Refused
 
 LINES = ["-", "--", ":", "-."]
-NO_CURVES = {"hash", "audit"}
+NO_CURVES, COUNTS = {"hash", "audit"}, "curves"  # counts that the scenario shows
 POINTS, MOST_PANELS, MOST_DIFFERENCES = 240, 9, 4
 
 
@@ -46,10 +46,11 @@ def curves_of(run):
                 continue
             times = [number(row["time_s"]) for row in rows]
             steps = {round(b - a, 6) for a, b in zip(times, times[1:])}
-            if len(times) > 2 and len(steps) == 1:
+            if file.stem == COUNTS or (len(times) > 2 and len(steps) == 1):
                 for name in header:
-                    if name not in ("time_s", "period") and not any(math.isnan(number(row[name])) for row in rows):
-                        found.setdefault(f"{file.stem}.{name}", {})[lab.name] = (times, [number(row[name]) for row in rows], False)
+                    series = name if file.stem == COUNTS else f"{file.stem}.{name}"
+                    if name not in ("time_s", "period") and lab.name not in found.get(series, {}) and not any(math.isnan(number(row[name])) for row in rows):
+                        found.setdefault(series, {})[lab.name] = (times, [number(row[name]) for row in rows], False)
             else:
                 found.setdefault(file.stem, {})[lab.name] = ([0.0, *times], list(range(len(times) + 1)), True)
     out = {}
@@ -95,7 +96,7 @@ def seeds_of(run):
     return {tomllib.loads(config.read_text()).get("run", {}).get("seed", 1) for lab in labs_of(run) if (config := lab / "config.toml").is_file()}
 
 
-def apart(by_folder):
+def apart(by_folder, told):
     """{folder: words of what it has otherwise than others}, of {folder: settings of each of its runs}."""
     common = {folder: {key: value for key, value in runs[0].items() if all(run.get(key) == value for run in runs)} for folder, runs in by_folder.items()}
     varied = {key for runs in by_folder.values() for run in runs[1:] for key in run.keys() | runs[0].keys() if run.get(key) != runs[0].get(key)}
@@ -103,7 +104,7 @@ def apart(by_folder):
     keys = [key for key in keys if len({settings.get(key) for settings in common.values()}) > 1]
     if len(keys) > MOST_DIFFERENCES:
         raise Refused(f"these runs differ in {len(keys)} settings, {', '.join(keys[:MOST_DIFFERENCES])}, ...; draw those alike, or a batch with --by")
-    return {folder: ", ".join(figure_style.setting_of(key, settings.get(key, "not set")) for key in keys) for folder, settings in common.items()}
+    return {folder: ", ".join(figure_style.setting_of(key, settings.get(key, "not set"), told) for key in keys) for folder, settings in common.items()}
 
 
 def value_at(curve, t, place):
@@ -136,13 +137,14 @@ def runs_of(folder, by):
                 raise Refused(f"{table} has no factor {key}; it has {', '.join(factors) or 'none'}")
         keys, rows = by or factors, [row for row in rows if row["state"] == "finished"]
         pooled = [factor for factor in factors if factor not in keys and len({row[factor] for row in rows}) > 1]
-        return [(", ".join(figure_style.setting_of(key, row[key]) for key in keys), folder / "runs" / f"{int(row['run']):05d}") for row in rows], pooled
+        told = figure_style.told_in(folder)
+        return [(", ".join(figure_style.setting_of(key, row[key], told) for key in keys), folder / "runs" / f"{int(row['run']):05d}") for row in rows], pooled
     if not labs_of(folder):
         raise Refused(f"{folder} is neither a run nor a batch: there is no config.toml in it or one level below, and no runs.csv")
     return [("", folder)], []
 
 
-def draw(axes, name, groups, end_s):
+def draw(axes, name, groups, end_s, told):
     """Returns the estimates that the bands are made of."""
     shown = []
     least = 0.0 if all(min(curve[name][1]) >= 0 for curves in groups.values() for curve in curves if name in curve) else -math.inf
@@ -163,21 +165,22 @@ def draw(axes, name, groups, end_s):
     figure_style.whole_numbers(axes.yaxis, [value for curves in groups.values() for curve in curves if name in curve for value in curve[name][1]])
     axes.set_xlim(0, end_s)
     axes.set_xlabel("lab time (s)")
-    axes.set_ylabel(figure_style.label_of(name))
+    axes.set_ylabel(figure_style.label_of(name, told))
     axes.legend()
     return shown
 
 
 def draw_all(folders, by=(), series=(), width="page", xlabel=None, ylabel=None, title=None):
     """Returns the figure, its axes by the names of the series, and how many series are not drawn. Raises Refused."""
-    groups, end_s, seeds, pooled, there = {}, 0.0, set(), [], []
+    groups, end_s, seeds, pooled, there, told = {}, 0.0, set(), [], [], {}
     for i, folder in enumerate(folders):
         if folder.resolve() in [other.resolve() for other in folders[:i]]:
             raise Refused(f"{folder} is named twice; each run counts once")
         runs, unsaid = runs_of(folder, list(by))
         there.append(runs)
+        told = told or figure_style.told_in(folder)
         pooled += [factor for factor in unsaid if factor not in pooled]
-    told_apart = apart({i: [settings_of(run) for _, run in runs] for i, runs in enumerate(there) if runs})
+    told_apart = apart({i: [settings_of(run) for _, run in runs] for i, runs in enumerate(there) if runs}, told)
     for i, runs in enumerate(there):
         for group, run in runs:
             curves = curves_of(run)
@@ -190,18 +193,19 @@ def draw_all(folders, by=(), series=(), width="page", xlabel=None, ylabel=None, 
     for name in series:
         if name not in names:
             raise Refused(f"no run has {name}; there are {', '.join(names)}")
-    chosen = (list(series) or names)[:MOST_PANELS]
+    wanted = [name for of, about in told.items() if about["curve"] for name in names if name.partition("@")[0] == of]
+    chosen = (list(series) or wanted or names)[:MOST_PANELS]
     columns = 1 if len(chosen) == 1 or width == "column" else 2 if len(chosen) <= 4 else 3
     rows = math.ceil(len(chosen) / columns)
     figure, all_axes = figure_style.new(width, (0.62 if columns == 1 else 0.85) * rows / columns, rows, columns, squeeze=False)
     for axes in all_axes.flat[len(chosen):]:
         axes.set_visible(False)
-    bands = [estimate for axes, name in zip(all_axes.flat, chosen) for estimate in draw(axes, name, groups, end_s or 1)]
+    bands = [estimate for axes, name in zip(all_axes.flat, chosen) for estimate in draw(axes, name, groups, end_s or 1, told)]
     for axes in all_axes.flat[:len(chosen)]:
         axes.set_xlabel(xlabel or axes.get_xlabel())
         axes.set_ylabel(ylabel or axes.get_ylabel())
     words = ("band: " + intervals.words_of(bands) if bands else str(folders[0])) + figure_style.seed_words(seeds)
-    words += f", pooled over {', '.join(figure_style.words_of(factor)[0] for factor in pooled)}" if pooled else ""
+    words += f", pooled over {', '.join(figure_style.words_of(factor, told)[0] for factor in pooled)}" if pooled else ""
     figure.supxlabel(figure_style.wrapped(words, figure.get_figwidth()), fontsize=6, color="#444444")
     if title:
         figure.suptitle(title, fontsize=9)

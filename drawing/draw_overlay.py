@@ -58,8 +58,8 @@ def draw_raster(axes, raster, ground):
     words(axes, sum(x for x, _ in corners) / 4, max(y for _, y in corners), raster.label, raster.colour, ground, ha="center", va="bottom")
 
 
-def draw(axes, overlay, ground="light"):
-    """Adds all of its shapes; returns the entries of a legend for the colours that occur, in the table's order."""
+def draw(axes, overlay, ground="light", told=None):
+    """Adds all of its shapes; returns the entries of a legend for the colours that occur, in the table's order, in words that are `told` by colour, else the table's."""
     for raster in overlay.rasters:
         draw_raster(axes, raster, ground)
     for polygon in overlay.polygons:
@@ -81,15 +81,15 @@ def draw(axes, overlay, ground="light"):
             words(axes, middle.x_m, middle.y_m, line.label, line.colour, ground, ha="center", va="center")
     for text in overlay.texts:
         words(axes, text.x_m, text.y_m, text.text, text.colour, ground, ha="center", va="center")
-    return legend(overlay, ground)
+    return legend(overlay, ground, told or {})
 
 
-def legend(overlay, ground="light"):
+def legend(overlay, ground, told):
     shapes = [*overlay.rasters, *overlay.polygons, *overlay.circles, *overlay.lines, *overlay.texts]
     used = {shape.colour if shape.colour in TABLE["colours"] else "note" for shape in shapes}
     entries = []
     for name in TABLE["colours"]:
         if name in used:
             colour, hatch, means = look_of(name, ground)
-            entries.append(Patch(facecolor=to_rgb(colour) + (TABLE["fill_opacity"],), edgecolor=colour, hatch=hatch, label=means))
+            entries.append(Patch(facecolor=to_rgb(colour) + (TABLE["fill_opacity"],), edgecolor=colour, hatch=hatch, label=told.get(name, means)))
     return entries

@@ -1,5 +1,6 @@
 """What all figures share: their size and type, words for names, and files, each of the kind that the ending of its name says."""
 import contextlib
+import json
 import pathlib
 import re
 import sys
@@ -22,26 +23,35 @@ class Refused(ValueError):
     """What cannot be drawn, in one sentence."""
 
 
-def words_of(name):
-    """The words and the unit, if it has one, of a setting, a count or a column: "gate.period_s" is ("gate period", "s"), "lit@b" ("lit, lab b", "")."""
+def told_in(folder):
+    """{name: what the scenario tells of it} of settings by key and of series, in the folder of a lab, a run or a batch; in its order."""
+    results = (file for pattern in ("", "*/", "runs/*/", "runs/*/*/") for file in sorted(folder.glob(pattern + "result.json")))
+    shown = next((told for file in results if (told := json.loads(file.read_text()).get("shown"))), [])
+    return {each["of"].partition(".")[2]: each for each in shown if each["of"].startswith(("series.", "setting."))}
+
+
+def words_of(name, told=None):
+    """The words and the unit, if it has one, of a setting, a count or a column: "gate.period_s" is ("gate period", "s"), "lit@b" ("lit, lab b", "").
+    What the scenario tells of it (told_in) takes their place."""
     name, _, lab = name.partition("@")
+    about = (told or {}).get(name, {})
     *words, last = re.split("[._]", re.sub("^(scenario|arena)[.]", "", name)) or [name]
     unit = UNITS.get(last.lower()) if words else None
     if unit == "s" and len(words) > 1 and words[-1].lower() in UNITS:
         unit = UNITS[words.pop().lower()] + "/s"
-    text = " ".join(words if unit else [*words, last]) + (f", lab {lab}" if lab else "")
-    return text, unit or ""
+    text = about.get("words") or " ".join(words if unit else [*words, last])
+    return text + (f", lab {lab}" if lab else ""), about.get("unit") or unit or ""
 
 
-def label_of(name):
+def label_of(name, told=None):
     """An axis's: "gate period (s)"."""
-    words, unit = words_of(name)
+    words, unit = words_of(name, told)
     return words + (f" ({unit})" if unit else "")
 
 
-def setting_of(name, value):
+def setting_of(name, value, told=None):
     """A legend's: "gate period 2 s"."""
-    words, unit = words_of(name)
+    words, unit = words_of(name, told)
     return f"{words} {value} {unit}".rstrip()
 
 

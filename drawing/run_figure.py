@@ -17,8 +17,6 @@ from figure_style import Refused
 LED = ["black", "#e03020", "#20a020", "#d0a000", "#3050e0", "#e020e0", "#00b0b0", "#ffffff"]
 LED_NAMES = ["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"]
 LAB = ["#d95f02", "#1b6ca8", "#66a61e", "#7f4fa0", "#a6761d"]
-# What robots of a scenario say by their LEDs.
-LED_SAYS = {"dhtf": {4: "walking", 2: "dwelling", 1: "leaving"}, "cre": {1: "committed north", 4: "committed south"}}
 
 
 class Lab:
@@ -26,12 +24,14 @@ class Lab:
 
     def __init__(self, folder, at_s):
         self.folder = folder
-        chosen = arena = overlay = None
+        chosen = arena = overlay = shown = None
         self.last_s = 0  # of all moments that it has
         log = read_log.log_in(folder)
         for _, channel, data in read_log.events(log):
             if channel == "arena":
                 arena = data
+            elif channel == "shown":
+                shown = data
             elif channel == "shared":
                 stamp_s = self.last_s = struct.unpack(">q", data[8:16])[0] / 1e6
                 if chosen is None or at_s is None or stamp_s <= at_s:
@@ -50,7 +50,9 @@ class Lab:
         self.bodies_m = {}  # of other labs' robots, where their labs are known
         config = folder / "config.toml"
         settings = tomllib.loads(config.read_text()) if config.is_file() else {}
-        self.led_says = {led: words for name, says in LED_SAYS.items() if name in settings.get("scenario", {}) for led, words in says.items()}
+        told = {each.of: each.words for each in (getattr(read_log.decode(shown), "words", []) if shown else []) if each.words}
+        self.means = {of.partition(".")[2]: words for of, words in told.items() if of.startswith("colour.")}
+        self.led_says = {int(of.partition(".")[2]): words for of, words in told.items() if of.startswith("led.")}
         self.seed = settings.get("run", {}).get("seed")
         projections = settings.get("shared", {}).get("projection", {})
         self.scale_of = {view.lab: projections.get(view.lab, {}).get("scale", 1) for view in self.view.labs}
@@ -164,7 +166,7 @@ def draw(labs, width="page", title=None):
         axes.set_xlabel("x (m)", labelpad=1)
         axes.set_ylabel("y (m)", labelpad=1)
         if lab.overlay:
-            shown.update({entry.get_label(): entry for entry in draw_overlay.draw(axes, lab.overlay)})
+            shown.update({entry.get_label(): entry for entry in draw_overlay.draw(axes, lab.overlay, told=lab.means)})
         draw_robots(axes, lab)
         rules = lab.arena.platform.partition(" ")[2]  # "(infrared: argos)"
         axes.set_title(f"{lab.name}: {lab.arena.robots} robots, {wide:g} x {high:g} m {rules}".rstrip(), color=colours[lab.name])

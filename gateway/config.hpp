@@ -28,7 +28,7 @@ struct GatewayConfig {
   std::string connect;           // [tls+]nats://SERVERS where labs without `connect` meet
   FederationOptions federation;  // gateway.server_ca, .credentials, .encrypt
   // Channels that who watches a federation gets samples of.
-  std::vector<std::string> watched{"arena", "overlay", "peers", "poses", "shared", "status"};
+  std::vector<std::string> watched{"arena", "overlay", "peers", "poses", "shared", "shown", "status"};
   std::filesystem::path keys;                           // the folder of keys; empty: KeyFolder::default_folder()
   std::vector<std::string> latest{"world", "status"};   // gateway.exports: the newest message counts
   std::vector<std::string> ordered;                     // gateway.ordered: all of them count

@@ -50,12 +50,37 @@ void Lab::row(std::string_view table, std::string_view header, std::string_view 
   const auto commas = [&](std::string_view line) {
     return std::ranges::count_if(line, [&](char c) { return quoted ^= c == '"', c == ',' && !quoted; });
   };
-  if (table == "hash" || table == "audit" || first->second != header || commas(values) != commas(header))
+  if (table == "hash" || table == "audit" || table == "curves" || first->second != header ||
+      commas(values) != commas(header))
     throw std::invalid_argument(
         fmt::format("a row of table '{}' must have the columns of its first row, {}, and one "
-                    "value for each; hash and audit are the lab's own tables",
+                    "value for each; hash, audit and curves are the lab's own tables",
                     table, first->second));
   data_.rows.push_back({std::string(table), std::string(header), std::string(values)});
+}
+
+void Lab::show(Shown about) {
+  constexpr std::size_t most = 256;
+  if (!data_.declaring)
+    throw std::logic_error(
+        fmt::format("the scenario shows '{}' after begin(); say in begin() what people are told", about.of));
+  const std::size_t dot = std::min(about.of.find('.'), about.of.size());
+  const std::string kind = about.of.substr(0, dot), name = about.of.substr(std::min(dot + 1, about.of.size()));
+  const bool is_known = kind == "colour" ? hal::look_of(hal::colour_named(name)).name == name
+                        : kind == "led"  ? name.size() == 1 && name >= "0" && name <= "8"
+                                         : kind == "series" || kind == "setting";
+  const bool is_line = hal::Drawing::is_label(about.of) && hal::Drawing::is_label(about.words) &&
+                       hal::Drawing::is_label(about.unit) && about.of.find_first_of("\",") == std::string::npos;
+  if (!is_known || name.empty() || !is_line || data_.shown.size() >= most)
+    throw std::invalid_argument(
+        fmt::format("'{:.60}' cannot be shown; up to {} of series.NAME, setting.KEY, led.0 to led.8 and colour.NAME of "
+                    "view/page/colours.json can, each with words of at most {} bytes in one line",
+                    about.of, most, hal::Drawing::max_label));
+  const auto before = std::ranges::find(data_.shown, about.of, &Shown::of);
+  if (before == data_.shown.end())
+    data_.shown.push_back(std::move(about));
+  else
+    *before = std::move(about);
 }
 
 const LabState& Lab::merged(const States& states, std::string_view lab) const {

@@ -115,6 +115,11 @@ class Lab {
   void draw(hal::Line shape) { drawn(data_.drawing.add(std::move(shape))); }
   void draw(hal::Text shape) { drawn(data_.drawing.add(std::move(shape))); }
   void draw(hal::Raster shape) { drawn(data_.drawing.add(std::move(shape))); }
+  // What people are told of something that they see, in begin() only. `of`: "series.NAME" of a count or of
+  // TABLE.COLUMN, which is drawn as a curve where `curve` says so, "colour.NAME" of what is drawn and "led.N", which
+  // are explained by their words, or "setting.KEY". Throws std::invalid_argument for others, and for words longer than
+  // labels.
+  void show(Shown about);
   // A total of the shared world, which all labs tell alike: a run's result has it once.
   void total(std::string_view name, std::uint64_t n) {
     data_.counts.set(name, n);
@@ -125,6 +130,7 @@ class Lab {
   hal::Counters& counts() { return data_.counts; }
   const hal::Counters& counts() const { return data_.counts; }
   const std::set<std::string, std::less<>>& shared_totals() const { return data_.shared_totals; }
+  const std::vector<Shown>& shown() const { return data_.shown; }
 
  private:
   using States = std::map<std::string, KeptState, std::less<>>;

@@ -30,6 +30,12 @@ struct Row {
   std::string table, header, values;
 };
 
+// What people are told of something that they see, as in shown_words_t.
+struct Shown {
+  std::string of, words, unit;
+  bool curve = false;
+};
+
 struct LabData {
   // --- constant for the run ---
   std::string name, owner;
@@ -62,12 +68,17 @@ struct LabData {
   std::map<std::string, std::string, std::less<>> headers;  // of tables, by their first row
   hal::Counters counts;
   std::set<std::string, std::less<>> shared_totals;  // those of `counts` that all labs tell alike
+  std::vector<Shown> shown;
+  std::vector<std::string> curves;  // counts that curves.csv has, from boundary 0 on
 };
 
 // As it is before begin().
 LabData make_lab_data(const RunConfig& config, const hal::ArenaInfo& arena);
 // The states merged at boundary `period` are in force.
 void tell_merged(LabData& data, std::uint32_t period, const std::vector<MergedState>& merged);
+// A row of curves.csv, once in a second of lab time or, where that is longer, at each boundary: the counts that the
+// scenario shows as curves.
+void add_curves(LabData& data);
 // The rows that the scenario said, to their tables.
 void write_rows(LabData& data, hal::Recorder& recorder);
 // What the scenario said has gone out.

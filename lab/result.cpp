@@ -142,6 +142,8 @@ nlohmann::json lab_result(nlohmann::json facts, const Runner& run, const WallTim
   j["counts"] = nlohmann::json::object();
   for (const auto& [name, n] : run.lab().counts().all()) j["counts"][name] = n;
   j["shared_counts"] = run.lab().shared_totals();
+  for (const Shown& each : run.lab().shown())
+    j["shown"].push_back({{"of", each.of}, {"words", each.words}, {"unit", each.unit}, {"curve", each.curve}});
   j["pauses"] = pauses_of(run.robot_book());
   j["not_standing"] = nlohmann::json::array();
   for (const hal::NotStanding& robot : run.not_standing())
@@ -179,8 +181,8 @@ nlohmann::json joint_result(const std::vector<nlohmann::json>& labs) {
                           "duration_s", "final_hash", "hash_by_lab"})
     joint[key] = labs.front().at(key);
   joint["counts"] = joint_counts(labs);
-  if (const auto absent = labs.front().find("absent_labs"); absent != labs.front().end())
-    joint["absent_labs"] = *absent;
+  for (const char* key : {"absent_labs", "shown"})
+    if (const auto found = labs.front().find(key); found != labs.front().end()) joint[key] = *found;
   hal::set_outcome(joint, hal::outcome_in(labs.front()).value_or(hal::Outcome::failed), hal::ended_in(labs.front()));
   joint["drops"] = nlohmann::json::object();
   for (const nlohmann::json& lab : labs) {

@@ -252,6 +252,7 @@ void Runner::end_period() {
   const std::uint32_t k = boundary_;
   data_.growth.end();
   if (k == 0) recorder_.start_now();
+  add_curves(data_);
   deliver();
   if (k == 0) book_.begin(data_.now);  // robots move once all states 0 are merged
   publish_shared(bus_, data_, view_);

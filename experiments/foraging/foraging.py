@@ -14,6 +14,9 @@ class Foraging(arkmesh.Scenario):
                                   zones=(4, numpy.pi, 0.06, 0.3)) for each in (["all"] if shares else lab.labs)}
         self.trail = trails["all" if shares else lab.name]
         lab.declare("trips")
+        lab.show("trips", "trips home", curve=True)
+        lab.legend(4, "carries food")
+        lab.legend(2, "looks for food")
         self.carries, self.trips, self.counted = numpy.zeros(len(lab.ids), dtype=bool), 0, 0
 
     def frame(self, lab):

@@ -11,7 +11,8 @@ namespace arkmesh::hal {
 namespace channel {
 inline const std::string poses = "poses", to_robots = "to_robots", from_robots = "from_robots",
                          fleet_command = "fleet_command", arena = "arena", world = "world", status = "status",
-                         shared = "shared", peers = "peers", overlay = "overlay", robot_texts = "robot_texts";
+                         shared = "shared", peers = "peers", overlay = "overlay", shown = "shown",
+                         robot_texts = "robot_texts";
 }
 inline constexpr std::size_t max_lab_name = 15;  // LCM allows 63 bytes a channel: lab + '/' + channel
 inline constexpr std::size_t max_channel_name = 47;

@@ -21,14 +21,13 @@ bool is_length(double length_m) {
   return length_m > 0 && length_m <= Drawing::far_m;
 }
 
-// UTF-8 may come, control characters may not.
-bool is_label(const std::string& text) {
-  return text.size() <= Drawing::max_label && std::all_of(text.begin(), text.end(), [](char c) {
+}  // namespace
+
+bool Drawing::is_label(std::string_view text) {
+  return text.size() <= max_label && std::all_of(text.begin(), text.end(), [](char c) {
            return static_cast<unsigned char>(c) >= 0x20 && c != 0x7f;
          });
 }
-
-}  // namespace
 
 // Takes room for a shape that is good otherwise.
 std::string_view Drawing::room(const std::string& label, std::size_t points, std::size_t cells) {

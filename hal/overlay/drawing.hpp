@@ -59,6 +59,8 @@ class Drawing {
  public:
   static constexpr std::size_t max_shapes = 4096, max_points = 16'384, max_cells = 65'536, max_label = 120;  // bytes
   static constexpr double far_m = 1e4;  // nothing is farther from the arena's centre or larger
+  // Whether it is short enough, and of printable characters, in UTF-8.
+  static bool is_label(std::string_view text);
 
   // Each returns an empty text, or why the shape was left out, in one word fit for a counter's name: "number" (a place
   // or size that is none or too far, a circle or cell without size), "points" (too few), "cells" (no whole rows),

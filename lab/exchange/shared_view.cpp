@@ -1,10 +1,28 @@
 #include "lab/exchange/shared_view.hpp"
 
+#include <chrono>
+
+#include "arkmesh/shown_t.hpp"
 #include "hal/arenas/messages.hpp"
 #include "hal/overlay/drawing_message.hpp"
 #include "lab/exchange/world_message.hpp"
 
 namespace arkmesh::lab {
+namespace {
+
+constexpr hal::LabTime repeat_shown = std::chrono::seconds(60);
+
+shown_t to_message(const std::vector<Shown>& shown) {
+  shown_t out;
+  for (const Shown& each : shown) {
+    shown_words_t& m = out.words.emplace_back();
+    m.of = each.of, m.words = each.words, m.unit = each.unit, m.curve = each.curve;
+  }
+  out.n_words = static_cast<std::int32_t>(out.words.size());
+  return out;
+}
+
+}  // namespace
 
 shared_view_t shared_view(const LabData& lab, const std::vector<MergedState>& merged) {
   const hal::Projection& projection = lab.projections.find(lab.name)->second;
@@ -31,6 +49,8 @@ shared_view_t shared_view(const LabData& lab, const std::vector<MergedState>& me
 
 void publish_shared(hal::Bus& bus, const LabData& lab, const shared_view_t& view) {
   bus.publish(hal::channel::shared, view);
+  if (!lab.shown.empty() && lab.now % repeat_shown == hal::LabTime{0})
+    bus.publish(hal::channel::shown, to_message(lab.shown));
   // An empty one takes away what was shown.
   if (!lab.drawing.empty() || lab.drawn_before)
     bus.publish(hal::channel::overlay, hal::to_message(lab.drawing, lab.now));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 
 #include "hal/counted.hpp"
@@ -53,6 +54,10 @@ const char* command_word(const std::string& number) {
   const auto found = words.find(number);
   return found == words.end() ? "another command" : found->second;
 }
+
+// Of counts that the scenario shows as curves; a row once in a second.
+constexpr const char* counts_table = "curves";
+constexpr std::size_t max_counts = 50;
 
 std::vector<fs::path> tables_in(const fs::path& folder) {
   std::vector<fs::path> out;
@@ -112,7 +117,7 @@ void add_rows(const RecordedLab& lab, std::vector<StoryEvent>& to) {
   for (const fs::path& file : tables_in(lab.folder)) {
     const CsvTable table = read_csv_table(file);
     const auto time = table.find("time_s");
-    if (!time || is_even(table, *time)) continue;
+    if (!time || is_even(table, *time) || file.stem() == counts_table) continue;
     for (std::size_t i = 0; i < table.rows; ++i) {
       const double t_s = table.number(*time, i);
       if (!(std::abs(t_s) < 1e9)) continue;
@@ -124,6 +129,33 @@ void add_rows(const RecordedLab& lab, std::vector<StoryEvent>& to) {
       to.push_back({static_cast<std::int64_t>(std::llround(t_s * 1e6)), file.stem().string(), std::move(text)});
     }
   }
+}
+
+// What the scenario has counted otherwise, from the lab's status messages.
+void add_counts(const RecordedLab& lab, std::vector<Series>& to) {
+  constexpr std::string_view counts = "counts.";
+  const auto channel = lab.log->find_channel("status");
+  if (!channel) return;
+  std::map<std::string, Series, std::less<>> found;
+  for (const std::size_t at : lab.log->of_channel(*channel)) {
+    const auto message = lab.log->read(lab.log->entries()[at]);
+    const Type* const type = type_of(message, types());
+    if (!type || !check(*type, message).empty()) continue;
+    Values values;
+    visit(*type, message, values);
+    const double t_s = std::strtod(values.own["stamp_us"].c_str(), nullptr) * 1e-6;
+    for (auto& counter : values.elements) {
+      if (!counter["name"].starts_with(counts)) continue;
+      const std::string name = counter["name"].substr(counts.size());
+      if (std::ranges::find(to, name, &Series::name) != to.end()) continue;
+      if (!found.contains(name) && found.size() >= max_counts) continue;
+      Series& series = found.try_emplace(name, Series{name, {}, {}}).first->second;
+      if (!series.t_s.empty() && t_s <= series.t_s.back()) continue;
+      series.t_s.push_back(t_s);
+      series.y.push_back(std::strtod(counter["value"].c_str(), nullptr));
+    }
+  }
+  for (auto& [name, series] : found) to.push_back(std::move(series));
 }
 
 }  // namespace
@@ -149,7 +181,8 @@ std::vector<Series> series_of(const RecordedLab& lab) {
     if (!time) continue;
     std::vector<double> t_s;
     for (std::size_t i = 0; i < table.rows; ++i) t_s.push_back(table.number(*time, i));
-    if (!is_even(table, *time)) {
+    const bool is_counts = file.stem() == counts_table;
+    if (!is_counts && !is_even(table, *time)) {
       Series count{file.stem().string(), {0}, {0}};
       for (std::size_t i = 0; i < table.rows; ++i) {
         count.t_s.push_back(t_s[i]);
@@ -160,11 +193,13 @@ std::vector<Series> series_of(const RecordedLab& lab) {
     }
     for (std::size_t c = 0; c < table.columns.size(); ++c) {
       if (c == *time || table.columns[c].name == "period" || table.columns[c].kind == CsvTable::text) continue;
-      Series one{file.stem().string() + "." + table.columns[c].name, t_s, {}};
+      Series one{(is_counts ? "" : file.stem().string() + ".") + table.columns[c].name, t_s, {}};
+      if (std::ranges::find(out, one.name, &Series::name) != out.end()) continue;
       for (std::size_t i = 0; i < table.rows; ++i) one.y.push_back(table.number(c, i));
       out.push_back(std::move(one));
     }
   }
+  add_counts(lab, out);
   return out;
 }
 

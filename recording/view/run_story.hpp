@@ -27,7 +27,8 @@ struct Series {
   std::vector<double> t_s, y;
 };
 
-// Of a table with rows at even times each column of numbers; of another one with time_s how many rows there were.
+// Of a table with rows at even times each column of numbers; of another one with time_s how many rows there were; and
+// what the scenario has counted.
 std::vector<Series> series_of(const RecordedLab& lab);
 
 struct Difference {

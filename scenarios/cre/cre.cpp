@@ -22,6 +22,12 @@ Cre::Cre(Settings settings)
 
 void Cre::begin(lab::Lab& lab) {
   declare_fields(lab, settings_);
+  lab.show({.of = "series.swarms.north", .words = "flying, committed north", .unit = "robots", .curve = true});
+  lab.show({.of = "series.swarms.south", .words = "flying, committed south", .unit = "robots", .curve = true});
+  lab.show({.of = "series.swarms.ground_south", .words = "ground, in the south", .unit = "robots", .curve = true});
+  lab.show({.of = "colour.site_idle", .words = "place without a resource"});
+  lab.show({.of = "led.1", .words = "committed north"});
+  lab.show({.of = "led.4", .words = "committed south"});
   if (!is_ground(lab)) return;
   const double width_m = lab.arena().width_m, height_m = lab.arena().height_m;
   lab.publish("ground_um", {std::llround(width_m * 1e6), std::llround(height_m * 1e6)});

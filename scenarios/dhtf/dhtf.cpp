@@ -1,6 +1,7 @@
 #include "scenarios/dhtf/dhtf.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -29,6 +30,22 @@ double seconds(hal::LabTime t) {
   return static_cast<double>(t.count()) * 1e-6;
 }
 
+// In words what draw_sites() draws, and what robots' LEDs say.
+void explain_sites(lab::Lab& lab) {
+  const bool few = lab.labs().size() <= 4;
+  const std::string teams = fmt::format("task, robots at it / needed in {}",
+                                        few ? fmt::format("{}", fmt::join(lab.labs(), " + ")) : "each lab");
+  lab.show({.of = "series.completed", .words = "completed tasks", .curve = true});
+  lab.show({.of = "colour.site_active", .words = "easy " + teams});
+  lab.show({.of = "colour.site_hard", .words = "hard " + teams});
+  lab.show({.of = "colour.site_idle", .words = "site without a task, and when it has one again"});
+  lab.show({.of = "colour.own", .words = "a robot that the task needs here; filled: it is there"});
+  lab.show({.of = "colour.other", .words = "the same in another lab"});
+  lab.show({.of = "led.4", .words = "walking"});
+  lab.show({.of = "led.2", .words = "dwelling at a task"});
+  lab.show({.of = "led.1", .words = "leaving"});
+}
+
 }  // namespace
 
 Dhtf::Dhtf(Settings settings) : settings_(std::move(settings)), team_(static_cast<std::size_t>(settings_.sites), 0) {}
@@ -37,6 +54,7 @@ void Dhtf::begin(lab::Lab& lab) {
   declare_fields(lab, settings_);
   lab.publish("team", team_);
   lab.total("completed", 0);
+  explain_sites(lab);
   if (lab.is_owner()) decide_sites(lab);
 }
 

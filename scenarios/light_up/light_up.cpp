@@ -9,6 +9,8 @@ void LightUp::begin(lab::Lab& lab) {
   // How many robots were told to be lit in the newest frame.
   lab.declare({.name = "lit", .length = 1, .low = 0, .high = 1'000'000});
   lab.publish("lit", {0});
+  lab.show({.of = "series.lit_periods", .words = "lit robots, summed over periods", .curve = true});
+  lab.show({.of = "colour.other", .words = "robots in it light up"});
 }
 
 void LightUp::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {

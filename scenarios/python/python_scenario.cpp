@@ -315,6 +315,8 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
     for (const auto& count : said.value("counts", Said::array()))
       lab.counts().add(count.at(0).get<std::string>(), count.at(1).get<std::uint64_t>());
     for (const auto& shape : said.value("draw", Said::array())) draw(lab, shape);
+    for (const auto& about : said.value("shown", Said::array()))
+      lab.show({about.at("of"), about.at("words"), about.at("unit"), about.at("curve")});
     finished_ = finished_ || said.value("finished", false);
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(

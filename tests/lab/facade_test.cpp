@@ -1,11 +1,13 @@
 // What a scenario may ask of its lab, and what it is answered when it asks too early or for what there is not.
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "arkmesh/shown_t.hpp"
 #include "hal/arenas/messages.hpp"
 #include "hal/bus/bus.hpp"
 #include "hal/overlay/drawing_message.hpp"
@@ -168,7 +170,68 @@ TEST_CASE("rows of a table have its columns, and one value for each") {
   CHECK(refused("u", "y,x,z", "1,2,3"));
   CHECK(refused("hash", "x", "1"));
   CHECK(refused("audit", "x", "1"));
+  CHECK(refused("curves", "x", "1"));
   CHECK(asked.data.rows.size() == 2);
+}
+
+TEST_CASE("a scenario says in words what people see, at the start and every 60 s") {
+  // The last words of each are told, in the order of the first ones; what there is none of is refused.
+  Asked asked;
+  hal::Bus bus("memq://");
+  std::vector<std::string> told;
+  const auto subscription = bus.subscribe(hal::channel::shown, [&](std::string_view, std::span<const std::byte> bytes) {
+    shown_t message;
+    REQUIRE(hal::read_message(bytes, message).empty());
+    for (const shown_words_t& each : message.words)
+      told.push_back(each.of + "=" + each.words + "|" + each.unit + (each.curve ? "|curve" : ""));
+  });
+  const auto boundary = [&](std::uint32_t period) {
+    asked.merge(period);
+    lab::publish_shared(bus, asked.data, {});
+    bus.drain();
+  };
+  boundary(0);
+  CHECK(told.empty());
+  asked.lab.show({.of = "series.trips", .words = "before"});
+  asked.lab.show({.of = "colour.site_hard", .words = "hard, here + there"});
+  asked.lab.show({.of = "series.trips", .words = "trips home", .unit = "trips", .curve = true});
+  for (std::uint32_t period = 0; period <= 30; ++period) boundary(period);  // of 2 s
+  const std::vector<std::string> once{"series.trips=trips home|trips|curve", "colour.site_hard=hard, here + there|"};
+  CHECK(told == std::vector<std::string>{once[0], once[1], once[0], once[1]});
+  for (const std::string& of :
+       {"trips", "series.", "series.a,b", "series.a\nb", "colour.mauve", "led.9", "led.red", ".", ""})
+    CHECK(sentence([&] { asked.lab.show({.of = of}); }).find("cannot be shown; up to 256 of series.NAME") !=
+          std::string::npos);
+  CHECK(sentence([&] { asked.lab.show({.of = "led.1", .words = std::string(121, 'x')}); }) != "no error");
+  asked.data.declaring = false;
+  CHECK(sentence([&] { asked.lab.show({.of = "led.1"}); }) ==
+        "the scenario shows 'led.1' after begin(); say in begin() what people are told");
+}
+
+TEST_CASE("counts that are shown as curves have a table with a row a second, or a period") {
+  // Also one that nothing was counted of yet; no column of a table, and no table where no count is shown.
+  Asked asked;
+  const auto rows_of = [&](hal::LabTime period) {
+    asked.data.rows.clear();
+    asked.data.curves.clear();
+    asked.data.period_length = period;
+    for (std::uint32_t k = 0; k <= 4; ++k) {
+      asked.merge(k);
+      asked.lab.counts().set("trips", 10 * k);
+      lab::add_curves(asked.data);
+    }
+    std::string out;
+    for (const lab::Row& row : asked.data.rows) out += row.table + ": " + row.header + ": " + row.values + "\n";
+    return out;
+  };
+  CHECK(rows_of(std::chrono::seconds(2)).empty());
+  for (const char* of : {"series.trips", "series.late", "series.swarms.north"})
+    asked.lab.show({.of = of, .curve = true});
+  asked.lab.show({.of = "series.lost"});
+  CHECK(rows_of(std::chrono::seconds(2))
+            .starts_with("curves: time_s,trips,late: 0,0,0\ncurves: time_s,trips,late: 2,10,0\n"));
+  CHECK(rows_of(std::chrono::milliseconds(500)) ==
+        "curves: time_s,trips,late: 0,0,0\ncurves: time_s,trips,late: 1,20,0\ncurves: time_s,trips,late: 2,40,0\n");
 }
 
 TEST_CASE("wheels are set where there are some, said when they change, and refused by name elsewhere") {

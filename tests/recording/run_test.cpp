@@ -6,6 +6,7 @@
 #include <fstream>
 #include <string>
 
+#include "arkmesh/lab_status_t.hpp"
 #include "arkmesh/pose_frame_t.hpp"
 #include "arkmesh/shared_view_t.hpp"
 #include "hal/record/recorder.hpp"
@@ -120,6 +121,36 @@ TEST_CASE("a table that lists what happened gives events and a count, one that s
   CHECK(series[0].y == std::vector<double>{0, 1, 2, 3});
   CHECK(series[1].name == "swarms.north");
   CHECK(series[1].y == std::vector<double>{1, 3, 5});
+}
+
+TEST_CASE("counts that the scenario shows have their table's curve, and others that of the lab's statuses") {
+  const TemporaryDirectory directory;
+  tests::record_lab(directory.path(), "shark", 20);
+  {
+    hal::Recorder recorder(directory.path(), 1'700'000'000'000'000, {});
+    lab_status_t status;
+    for (const int second : {0, 1, 1, 3}) {
+      status.stamp_us = second * 1'000'000;
+      status.counters.resize(3);
+      status.counters[0].name = "counts.lost", status.counters[0].value = second * second;
+      status.counters[1].name = "counts.trips", status.counters[1].value = 99;
+      status.counters[2].name = "link.up";
+      status.n_counters = 3;
+      std::vector<std::byte> bytes(static_cast<std::size_t>(status.getEncodedSize()));
+      status.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+      recorder.record(hal::LabTime{second * 1'000'000}, "status", bytes);
+    }
+  }
+  directory.write("curves.csv", "time_s,trips\n0,0\n1,4\n");
+  const Run run(directory.path());
+  CHECK(events_of(run.labs()[0]).size() <= 1);  // the state; no row of curves
+  const auto series = series_of(run.labs()[0]);
+  REQUIRE(series.size() == 2);
+  CHECK(series[0].name == "trips");
+  CHECK(series[0].y == std::vector<double>{0, 4});
+  CHECK(series[1].name == "lost");
+  CHECK(series[1].t_s == std::vector<double>{0, 1, 3});
+  CHECK(series[1].y == std::vector<double>{0, 1, 9});
 }
 
 TEST_CASE("two runs differ from the first period with another hash") {

@@ -498,6 +498,37 @@ controller = "{ROOT}/tests/programs/labs_random_walk.c"
         with self.assertRaisesRegex(ValueError, "amount must be 0 or more"):
             trail.lay([0, 1], [1, numpy.nan])
 
+    def test_what_people_are_told(self):
+        """Words, units and curves reach the result and the recording; counts with a curve have a table; what cannot be shown is refused in the user's line."""
+        text = """import arkmesh
+class Mine(arkmesh.Scenario):
+  def begin(self, lab):
+    lab.setting("half_life_s", 60.0, unit="s")
+    lab.setting("reach", 60.0, unit="m")
+    lab.show("half_life_s", "half-life")
+    lab.show("trips", "trips home", curve=True)
+    lab.show("late", curve=True)
+    lab.show("lit.robots", "lit", "robots", curve=True)
+    lab.legend("site_hard", "hard 0/1 + 4/2")
+    lab.legend(4, "walks")
+  def period(self, lab):
+    lab.count("trips", 2)
+"""
+        code, said = self.run_it(text, "--set", "gate.period_s=0.5")
+        self.assertEqual(code, 0, said)
+        shown = json.loads((self.folder / "out/result.json").read_text())["shown"]
+        self.assertEqual([(each["of"], each["words"], each["unit"], each["curve"]) for each in shown], [
+            ("setting.scenario.mine.half_life_s", "half-life", "s", False), ("setting.scenario.mine.reach", "", "m", False), ("series.trips", "trips home", "", True),
+            ("series.late", "", "", True), ("series.lit.robots", "lit", "robots", True), ("colour.site_hard", "hard 0/1 + 4/2", "", False), ("led.4", "walks", "", False)])
+        self.assertEqual((self.folder / "out/a/curves.csv").read_text().splitlines(), ["time_s,trips,late", "0,2,0", "1,6,0", "2,10,0", "3,14,0", "4,18,0"])
+        self.assertIn(b"hard 0/1 + 4/2", (self.folder / "out/a/log.lcm").read_bytes())
+        for line, wanted in (("lab.show('a,b')", "mine.py:4: ValueError: 'series.a,b': names"), ("lab.show('a', 'x' * 121)", "are of one line and 120 bytes"),
+                             ("lab.legend('mauve', 'x')", "mine.py:4: ValueError: legend of 'mauve': it is of an LED, 0 to 8, or of one of note, other"), ("lab.legend(9, 'x')", "legend of 9")):
+            shutil.rmtree(self.folder / "out")
+            self.fails(FRAME.replace("frame", "begin") + line + "\n", wanted)
+        shutil.rmtree(self.folder / "out")
+        self.fails(FRAME + "lab.show('a')\n", "mine.py:4: RuntimeError: series.a: say in begin()")
+
     def test_nothing_is_known_of_robots_that_were_never_seen(self):
         """Numbers are NaN, whole numbers -1, masks False and LEDs 8, of the lab and of each piece, until a frame holds the robot."""
         lab = self.lab_of_three()

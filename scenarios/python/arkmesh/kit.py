@@ -120,15 +120,15 @@ class Kit:
             from PIL import Image  # pylint: disable=import-outside-toplevel
         except ImportError as error:
             raise ValueError("a floor from an image needs Pillow (python3-pil)") from error
-        path = self._folder / image
+        path = self._file.parent / image
         try:
             data = path.read_bytes()
         except OSError as error:
             raise ValueError(f"there is no image {path} that can be read: {error.strerror}") from error
         if len(data) > LARGEST_IMAGE:
             raise ValueError(f"{image} has {len(data)} bytes, and {LARGEST_IMAGE} are the most; give a smaller image")
-        if path.is_relative_to(self._folder) and ".." not in path.relative_to(self._folder).parts:
-            self._files[path.relative_to(self._folder).as_posix()] = data  # kept with the run, so that it can be repeated
+        if path.is_relative_to(self._file.parent) and ".." not in path.relative_to(self._file.parent).parts:
+            self._files[path.relative_to(self._file.parent).as_posix()] = data  # kept with the run, so that it can be repeated
         try:
             with Image.open(io.BytesIO(data)) as opened:
                 if opened.mode.startswith(("I", "F")):  # Pillow gives 16 bits as 32

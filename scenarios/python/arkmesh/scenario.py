@@ -135,7 +135,7 @@ class Lab(Kit, Showing):
         self._words, self._said, self._pieces = [], {}, []
         self._said_s = {}  # by slot, when each robot was told what is said now and then
         self._columns, self._settings = {}, {}  # by table, those of its first row; by name, what was asked
-        self._folder, self._files, self._alike = pathlib.Path(facts["file"]).parent, {}, {}
+        self._file, self._files, self._alike = pathlib.Path(facts["file"]), {}, {}
         self._colours = facts.get("colours")
         self._words_per_s = facts.get("words_per_s", math.inf)
 
@@ -158,6 +158,8 @@ class Lab(Kit, Showing):
             raise ValueError(f"setting {name!r}: the default {default!r} is none of {', '.join(one_of)}")
         if not isinstance(default, (bool, str)) and not (-math.inf if low is None else low) <= default <= (math.inf if high is None else high):
             raise ValueError(f"setting {name!r}: the default {default!r} is not within low={low} and high={high}")
+        if unit:
+            self.show(name, unit=unit)
         return self._ask(asked)
 
     def needs_airtime(self, words_per_s: float) -> None:

@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 import math
+import pathlib
 import re
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 import numpy
 from numpy.typing import ArrayLike
 
-OWN_TABLES = ("hash", "audit")  # of each lab
+OWN_TABLES = ("hash", "audit", "curves")  # of each lab
 OWN_COLUMNS = ("run", "setting", "seed", "state", "why", "final_hash", "periods", "duration_s")  # of a batch's table, beside counts
 
 
@@ -19,11 +20,14 @@ class Showing:
     _columns: dict[str, list[str]]
     _colours: Optional[list[str]]
     _column: Any
+    _ask: Any
+    _settings: dict[str, Any]
+    _file: pathlib.Path
 
     def row(self, table: str, /, **values: Any) -> None:
         """A row of TABLE.csv in the run's folder. The names are its columns, in the order of the table's first row."""
         if not re.fullmatch("[a-z][a-z0-9_]{0,63}", table) or table in OWN_TABLES:
-            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _, 64 of them at most, and not {' or '.join(OWN_TABLES)}")
+            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _, 64 of them at most, and not {', '.join(OWN_TABLES)}")
         columns = self._columns.setdefault(table, list(values))
         if not values or set(columns) != set(values):
             differ = [f"{what} {', '.join(names)}" for what, names in (("without", [c for c in columns if c not in values]),
@@ -40,6 +44,28 @@ class Showing:
         if not str(name).strip() or not str(name).isprintable() or "@" in str(name) or name in OWN_COLUMNS:
             raise ValueError(f"count {name!r}: a name is a text in one line without @, and is none of {', '.join(OWN_COLUMNS)}")
         self._said.setdefault("counts", []).append([str(name), int(self._column("a count", n, 0, 2**53, 0))])
+
+    def show(self, name: str, words: str = "", unit: str = "", curve: bool = False) -> None:
+        """In begin(): how people are told of a count, of a column of a table, "TABLE.COLUMN", or of a setting that was asked for: in `words`, with
+        their `unit`. `curve`: pages and figures draw it over lab time, those that were named first before others."""
+        asked = self._settings.get(name)
+        if asked:
+            return self._show(f"setting.{'sensors' if asked['own'] else 'scenario'}.{self._file.stem}.{name}", words, unit or asked["unit"])
+        return self._show(f"series.{name}", words, unit, bool(curve))
+
+    def legend(self, of: Union[str, int], words: str) -> None:
+        """In begin(): what a colour of what is drawn, or an LED 0 to 8, means, for the legends of pages and figures."""
+        if of not in (self._colours or [of]) if isinstance(of, str) else not 0 <= of <= 8:
+            raise ValueError(f"legend of {of!r}: it is of an LED, 0 to 8, or of one of {', '.join(self._colours or [])}")
+        self._show(f"colour.{of}" if isinstance(of, str) else f"led.{int(of)}", words)
+
+    def _show(self, of, words, unit="", curve=False):
+        if self._ask is None:
+            raise RuntimeError(f"{of}: say in begin() how people are told of it")
+        for each in (of, words, unit):
+            if not isinstance(each, str) or not each.isprintable() or len(each.encode()) > 120 or set(of) & set('",@'):
+                raise ValueError(f"{each!r}: names, words and units are of one line and 120 bytes at most, and a name has no comma, quote or @")
+        self._said.setdefault("shown", []).append({"of": of, "words": words, "unit": unit, "curve": curve})
 
     def circle(self, at: ArrayLike, radius: float, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
         """Shown in this arena until the next boundary, from period(). `at`: one place, or (n, 2) of them."""
