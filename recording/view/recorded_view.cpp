@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "hal/config/config.hpp"
+#include "recording/csv_table.hpp"
 #include "recording/view/moments.hpp"
 
 namespace arkmesh::recording {
@@ -17,7 +18,8 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t max_opened = 32;
 constexpr std::int64_t max_moments = 10'000;
-constexpr std::int64_t max_t_us = 1'000'000'000'000'000;  // 30 years; what is reckoned with times does not overflow
+constexpr std::size_t max_rows = 5000, max_columns = 200;  // of a batch's table
+constexpr std::int64_t max_t_us = 1'000'000'000'000'000;   // 30 years; what is reckoned with times does not overflow
 constexpr const char* too_much = "that is more than can wait for one viewer; ask for fewer moments or channels";
 
 // A whole number of a request, or nothing.
@@ -150,12 +152,36 @@ void RecordedDesk::request(const json& what, view::Answer& answer) {
     answer.done({{"about", about(named_in(*open))}});
     return;
   }
+  if (what.contains("batch")) return table(answer);
   const Opened& shown = named_in(what);
   if (const auto seek = what.find("seek"); seek != what.end()) return shown.moment(*seek, answer);
   if (const auto frames = what.find("frames"); frames != what.end()) return shown.row(*frames, answer);
   if (what.contains("events")) return shown.events(answer);
   if (what.contains("series")) return shown.series(answer);
-  answer.refuse("a recording answers seek, frames, events, series and open");
+  answer.refuse("a recording answers seek, frames, events, series, open and batch");
+}
+
+void RecordedDesk::table(view::Answer& answer) const {
+  if (batch_.empty()) return answer.refuse("this is no batch; it is one run, or two that are compared");
+  const std::filesystem::path folder = batch_.front().parent_path().parent_path();
+  const CsvTable runs = read_csv_table(folder / "runs.csv");
+  const auto number = runs.find("run"), seed = runs.find("seed");
+  if (!number || !seed || *seed < 2)
+    return answer.refuse(
+        "there is no whole runs.csv yet; it is written when the batch ends, or by arkmesh batch --gather");
+  const std::size_t columns = std::min(runs.columns.size(), max_columns);
+  json names = json::array(), rows = json::array();
+  for (std::size_t c = 0; c < columns; ++c) names.push_back(runs.columns[c].name);
+  for (std::size_t row = 0; row < std::min(runs.rows, max_rows); ++row) {
+    const std::string own = fmt::format("{:0>5}", runs.columns[*number].texts[row]);
+    const auto found =
+        std::ranges::find(batch_, own, [](const std::filesystem::path& run) { return run.filename().string(); });
+    json cells = json::array();
+    for (std::size_t c = 0; c < columns; ++c) cells.push_back(runs.columns[c].texts[row]);
+    rows.push_back({{"run", found == batch_.end() ? json() : json(found - batch_.begin())}, {"cells", cells}});
+  }
+  const json table = {{"name", folder.filename().string()}, {"columns", names}, {"factors", *seed - 2}, {"rows", rows}};
+  if (!answer.done({{"batch", table}})) answer.refuse(too_much);
 }
 
 void RecordedDesk::Opened::events(view::Answer& answer) const {

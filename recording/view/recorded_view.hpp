@@ -55,6 +55,8 @@ class RecordedDesk final : public view::Desk {
   // The run that `object` names by its member "run", opened if it is not. Throws hal::ConfigError when there is none.
   Opened& named_in(const nlohmann::json& object);
   nlohmann::json about(Opened& shown) const;
+  // The table of the batch, as PROTOCOL.md has it.
+  void table(view::Answer& answer) const;
 
   std::vector<std::filesystem::path> folders_, batch_;  // batch_: all runs of it; empty: none
   std::list<Opened> opened_;                            // what was used last comes first

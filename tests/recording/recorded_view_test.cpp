@@ -136,6 +136,28 @@ TEST_CASE("of a batch the first run is shown, and others are opened") {
   }
 }
 
+TEST_CASE("the table of a batch is given with the runs that have a recording") {
+  // A run without one has none; a run of one folder, and a batch without its table, are refused.
+  const TemporaryDirectory directory;
+  tests::record_lab(directory.path() / "runs/00000" / "shark", "shark", 10);
+  tests::record_lab(directory.path() / "runs/00012" / "shark", "shark", 10);
+  ViewBench bench({directory.path()});
+  CHECK(bench.ask({{"batch", json::object()}}).at("refused").at("why").get<std::string>().find("--gather") !=
+        std::string::npos);
+  directory.write("runs.csv",
+                  "run,setting,scenario.x.reach,seed,state,trips\n0,0,0.1,1,finished,3\n5,0,0.1,2,failed,\n12,1,\"a,"
+                  "b\",1,finished,4\n");
+  const json table = bench.ask({{"batch", json::object()}}).at("done").at("batch");
+  CHECK(table.at("factors") == 1);
+  CHECK(table.at("columns") == json({"run", "setting", "scenario.x.reach", "seed", "state", "trips"}));
+  REQUIRE(table.at("rows").size() == 3);
+  CHECK(table.at("rows")[0] == json({{"run", 0}, {"cells", {"0", "0", "0.1", "1", "finished", "3"}}}));
+  CHECK(table.at("rows")[1].at("run").is_null());
+  CHECK(table.at("rows")[2] == json({{"run", 1}, {"cells", {"12", "1", "a,b", "1", "finished", "4"}}}));
+  ViewBench one({directory.path() / "runs/00000"});
+  CHECK(one.ask({{"batch", json::object()}}).contains("refused"));
+}
+
 TEST_CASE("each viewer of a batch sees the run that it named, whatever others open") {
   const TemporaryDirectory directory;
   constexpr int runs = 40;  // more than are open at a time

@@ -222,7 +222,8 @@ class Socket(tornado.websocket.WebSocketHandler):
         elif "events" in said:
             self.put(json.dumps({"done": {"request": request, "events": [{"t_us": 0, "lab": 0, "kind": "begin", "text": "the run begins"}, {"t_us": 50_000_000, "lab": 1, "kind": "task", "text": "a task is done"}]}}))
         elif "series" in said:
-            self.put(json.dumps({"done": {"request": request, "series": [{"name": "shark.completed", "t_s": [0, 50, 82, 90], "y": [0, 1, 2, 3]}]}}))
+            self.put(json.dumps({"done": {"request": request, "series": [
+                {"name": "shark.completed", "t_s": [0, 50, 82, 90], "y": [0, 1, 2, 3]}, *({"name": f"shark.swarms.c{i}", "t_s": [70, 80], "y": [i, i]} for i in range(17))]}}))
         elif self.double.deaf:
             pass
         elif self.may:

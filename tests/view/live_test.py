@@ -353,6 +353,17 @@ int main() { kilo_init(); debug_init(); kilo_start(setup, loop); return 0; }
                 self.driver.switch_to.window(second)
                 self.driver.close()
                 self.driver.switch_to.window(first)
+            length_us = self.driver.execute_script("return arkmesh.player.length_us")
+            self.driver.execute_script("document.getElementById('all-runs').click()")
+            self.until("const seen = [...document.querySelectorAll('.batch canvas')]; return seen.length === 2 && new Set(seen.map((c) => c.toDataURL())).size === 2 && seen.every((c) => c.height > 80)")
+            heads = self.driver.execute_script("return [...document.querySelectorAll('.batch th')].map((cell) => cell.innerText)")
+            self.assertEqual(heads, ["seed 1", "seed 2"])
+            with open(batch / "runs.csv", newline="") as table:
+                done = [row["completed"] for row in csv.DictReader(table)]
+            self.assertEqual(self.driver.execute_script("return [...document.querySelectorAll('.batch .run span')].map((cell) => cell.innerText)"), done)
+            self.assertEqual(self.driver.execute_script("return [document.querySelector('.batch select').selectedOptions[0].textContent, arkmesh.player.length_us]"), ["completed tasks", length_us])
+            self.driver.execute_script("document.querySelectorAll('.batch .run')[1].click()")
+            self.until("return arkmesh.world.about.run === '00001' && !document.querySelector('.batch').open")
 
     def test_recorded_run(self):
         """Scrubbing a run folder shows the poses of its log at that time; every message of it is decoded as Python's decoder does."""

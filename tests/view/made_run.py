@@ -56,6 +56,8 @@ def rows(types, seconds=60, labs=("shark", "roark"), robots=(12, 6)):
                                                             {"x_m": 0, "y_m": 0, "radius_m": 0.04, "mass_kg": 0.1}] if lab == 0 else [],
                     "corners": [{"x_m": x, "y_m": y} for x, y in ((-0.05, -0.02), (0.05, -0.02), (0.05, 0.02), (-0.05, 0.02))] if lab == 0 else [],
                     "object_names": ["box"] if lab == 0 else []})
+                add("shown", "shown_t", {"words": [{"of": "series.completed", "words": "tasks done", "curve": True}, {"of": "colour.site_hard", "words": "task: robots here + there"},
+                                                   {"of": "led.4", "words": "walks"}]})
             frame = t_us // FRAME_US
             add("poses", "pose_frame_t", {"stamp_us": t_us, "number": frame, "parts": 1, "robots": [pose(i, t_us, side_m) for i in range(robots[lab])],
                                           "objects": [{"x_m": 0.001 * frame / 10, "y_m": 0, "confidence": 1}] if lab == 0 else []})

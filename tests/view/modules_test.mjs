@@ -14,8 +14,10 @@ import { Player } from "../../view/page/play/player.js";
 import { Trail, points_each, step_m } from "../../view/page/world/trail.js";
 import { View } from "../../view/page/stage/view.js";
 import { World } from "../../view/page/world/world.js";
-import { align, values_at } from "../../view/page/panels/counts.js";
+import { align, named_curves, values_at } from "../../view/page/panels/counts.js";
 import { describe } from "../../view/page/panels/channels.js";
+import { grid_of } from "../../view/page/panels/batch_table.js";
+import { legend_of } from "../../view/page/panels/legend.js";
 import { gate_words, lab_words } from "../../view/page/panels/clock.js";
 import { differences } from "../../view/page/panels/runs.js";
 import { ended_words, silence_words } from "../../view/page/panels/notices.js";
@@ -309,6 +311,33 @@ test("a count's name gives its unit", () => {
   assert.equal(words("sent_bytes", 1500), "sent 1.5 kB");
   assert.equal(words("harvested.south", 1200), "harvested south 1\u2009200");
   assert.equal(words("ms", 3), "ms 3");
+});
+
+test("curves that scenarios name come first, in their order, then none; without any, the first; never more than six", () => {
+  const names = (lab, columns, parted) => columns.map((column) => `${lab}${parted}${column}`);
+  const columns = Array.from({ length: 17 }, (_, i) => `swarms.c${i}`), tells = (name, ...of) => ({ name, shown: of.map((each) => ({ of: `series.${each}`, curve: true })) });
+  const all = [...names("a", columns, "."), ...names("a-b", columns, " ")];
+  assert.deepEqual(named_curves(all, [tells("a", "swarms.c9", "swarms.c2"), tells("a-b", "swarms.c9")]), ["a.swarms.c9", "a-b swarms.c9", "a.swarms.c2", "a-b swarms.c2"]);
+  assert.deepEqual(named_curves(all, [tells("a", ...columns)]).length, 6);
+  assert.deepEqual(named_curves(all, [{ name: "a", shown: [{ of: "series.swarms.c3", curve: false }] }, tells("a-b", "nothing")]), names("a", columns.slice(0, 6), "."));
+});
+
+test("a batch's table is a grid of settings by seeds; results are its columns of numbers", () => {
+  const columns = ["run", "setting", "scenario.x.reach", "arena.robots", "seed", "state", "why", "final_hash", "trips", "words", "periods"];
+  const row = (run, cells) => ({ run, cells });
+  const rows = [row(0, ["0", "0", "0.1", "5", "1", "finished", "", "ab", "3", "", "9"]), row(null, ["1", "0", "0.1", "5", "7", "failed", "why", "", "", "", ""]), row(1, ["2", "1", "0.2", "5", "1", "finished", "", "cd", "4", "x", "9"])];
+  const { names, seeds, rows: found, results } = grid_of({ name: "b", columns, factors: 2, rows });
+  assert.deepEqual([names, seeds, results], [["scenario.x.reach", "arena.robots"], ["1", "7"], ["trips"]]);
+  assert.deepEqual(found.map(({ settings, runs }) => [settings, [...runs].map(([seed, { run }]) => [seed, run])]), [[["0.1", "5"], [["1", 0], ["7", null]]], [["0.2", "5"], [["1", 1]]]]);
+});
+
+test("a legend has what is drawn, and LEDs that the scenario explains, in its words, else in those of the table", () => {
+  const table = { colours: { site_hard: { means: "hard" }, resource: { means: "food" }, note: { means: "notes" }, other: { means: "others" } } };
+  const shown = [{ of: "led.4", words: "walks" }, { of: "colour.site_hard", words: "hard 0/1 + 4/2" }, { of: "colour.other", words: "not drawn" }, { of: "series.x", words: "no mark" }];
+  const overlay = { rasters: [], polygons: [], circles: [{ colour: "site_hard" }, { colour: "resource" }], lines: [{ colour: "of a newer version" }], texts: [] };
+  assert.deepEqual(legend_of([{ shown: [], overlay: null }, { shown, overlay }], table).map(({ of, words }) => `${of}: ${words}`),
+    ["led.4: walks", "colour.site_hard: hard 0/1 + 4/2", "colour.resource: food", "colour.note: notes"]);
+  assert.deepEqual(legend_of([{ shown: [], overlay: null }], table), []);
 });
 
 test("labels that would lie on each other go up, as far as there is room", () => {

@@ -410,9 +410,42 @@ class PageTest(unittest.TestCase):
         self.assertEqual(self.js("return arkmesh.world.labs[1].newest.get('poses').t_us"), 60_000_000)
         self.until(r"return /shark\s+1:00.0\s+30 of 30\s+20.0×/.test(document.getElementById('side').innerText)")
         self.assertNotRegex(self.text(), "▶|can wait|real time")
-        self.until(r"return /^\s*count\s+shark\s+completed\s+1$/.test(document.querySelector('.counts').innerText)")  # as the curve, not as the newest status
+        self.until(r"return /^\s*count\s+shark\s+tasks done\s+1$/.test(document.querySelector('.counts').innerText)")  # as the curve, not as the newest status
         self.js("[...document.querySelectorAll('.events button')].find((b) => b.textContent === '0:50.0').click()")
         self.until("return arkmesh.world.labs[0].robots[1]?.x === arguments[0]", pose(1, 50_000_000)["x_m"])
+
+    def test_curves_are_those_that_the_scenario_names_and_the_viewer_adds(self):
+        """One of 18 is named and drawn, in its words; others can be added, up to six at once; the table has all."""
+        self.open(self.serve(mode="recorded"))
+        series = "return arkmesh.counts.plot?.series.slice(1).map((s) => s.label)"
+        self.assertEqual(self.until(series), ["tasks done, shark"])
+        self.driver.find_element(By.CSS_SELECTOR, ".body > details > summary").click()
+        self.assertEqual(self.js("return document.querySelectorAll('.choices input').length"), 18)
+        for i in range(1, 6):
+            self.until("return document.getElementById(arguments[0]) && !document.getElementById(arguments[0]).disabled", f"curve-{i}")
+            self.driver.find_element(By.ID, f"curve-{i}").click()
+            self.until("return arkmesh.counts.plot?.series.length === arguments[0]", i + 2)
+        self.assertEqual(self.js("return [...document.querySelectorAll('.choices input')].filter((box) => box.disabled).length"), 12)
+        self.driver.find_element(By.ID, "curve-0").click()
+        self.until("return arkmesh.counts.plot?.series.length === 6 && arkmesh.counts.plot.series[1].label === 'swarms c0, shark'")
+        self.assertEqual(self.js("return [...document.querySelectorAll('.choices input')].filter((box) => box.disabled).length"), 0)
+        table = self.driver.execute_async_script("""const [done] = arguments; URL.createObjectURL = (blob) => { blob.text().then(done); return "#"; };
+            HTMLAnchorElement.prototype.click = () => {}; document.getElementById("curves-csv").dispatchEvent(new Event("click"))""")
+        self.assertEqual(table.splitlines()[0], "time_s,shark.completed," + ",".join(f"shark.swarms.c{i}" for i in range(17)))
+        self.assertEqual(table.splitlines()[1], "0,0" + "," * 17)
+
+    def test_the_legend_is_the_scenarios(self):
+        """Each colour that is drawn and each LED with words has a line; light and dark have samples of their own."""
+        self.open(self.serve())
+        lines = self.until("const found = [...document.querySelectorAll('.legend li')].map((line) => line.innerText.trim()); return found.length > 2 && found")
+        self.assertEqual(lines[:2], ["task: robots here + there", "walks"])
+        self.assertIn("pheromone trail", lines)
+        self.assertNotIn("of other labs", lines)
+        sample = "return document.querySelector('.legend canvas').toDataURL()"
+        before = self.js(sample)
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]})
+        self.addCleanup(self.driver.execute_cdp_cmd, "Emulation.setEmulatedMedia", {"features": []})
+        self.until(sample + ' !== arguments[0]', before)
 
     def test_compares_two_runs(self):
         """Two runs lie side by side, and a button goes to where they first differ and says who lies apart there."""

@@ -1,6 +1,7 @@
 // The page: makes its parts and joins them.
 import { Address } from "./stage/address.js";
 import { Connection } from "./wire/connection.js";
+import { BatchGrid } from "./panels/batch_grid.js";
 import { CameraPicture } from "./draw/camera_picture.js";
 import { ChannelsPanel } from "./panels/channels.js";
 import { ClockPanel } from "./panels/clock.js";
@@ -11,6 +12,7 @@ import { EventsPanel } from "./panels/events.js";
 import { FaultsPanel } from "./panels/faults.js";
 import { Film } from "./play/film.js";
 import { Keys } from "./stage/keys.js";
+import { LegendPanel } from "./panels/legend.js";
 import { LinksPanel } from "./panels/links.js";
 import { Notices } from "./panels/notices.js";
 import { Options } from "./stage/options.js";
@@ -81,7 +83,10 @@ const view_bar = new ViewBar(options, pointer, () => keys.help());
 const scrub = new ScrubBar(player, world);
 const counts = new CountsPanel();
 const recorded = () => world.about.mode === "recorded";
-const panels = [new RunsPanel(world, player, (about) => hello(about)), new ClockPanel(), new RobotPanel(options, (lab, robot, line) => ask({ fault: { lab: lab.index, robot, line } }, `robot ${robot}: ${line}`), () => control.may),
+/** @type {RunsPanel} */
+const runs = new RunsPanel(world, player, (about) => hello(about), () => grid.show());
+const grid = new BatchGrid(world, stage, player, (run) => runs.open(run));
+const panels = [runs, new ClockPanel(), new LegendPanel(stage), new RobotPanel(options, (lab, robot, line) => ask({ fault: { lab: lab.index, robot, line } }, `robot ${robot}: ${line}`), () => control.may),
   new FaultsPanel((lab, line) => ask({ fault: { lab: lab.index, line } }, line), () => control.may), counts, new LinksPanel(), new ChannelsPanel(),
   new EventsPanel((t_us) => recorded() && player.seek(t_us))];
 place("bar").append(control.element, view_bar.element);

@@ -11,7 +11,7 @@ const points_most = 4000;
 const strokes = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 const dashes = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
 const height_px = 170;
-/** Curves that are drawn unless others are chosen. */
+/** Curves that are drawn at once. */
 const curves_most = 6;
 
 export class CountsPanel {
@@ -21,10 +21,10 @@ export class CountsPanel {
     this.now = h("div", { class: "counts" });
     this.place = h("div", { class: "curves" });
     this.list = h("div", { class: "choices" });
-    this.choices = h("details", {}, h("summary", {}, "choose curves"), this.list);
+    this.choices = h("details", {}, h("summary", {}, "choose curves"), h("p", { class: "about" }, `At most ${curves_most} are drawn at once.`), this.list);
     body.append(this.now, this.place, this.choices, h("button", { id: "curves-csv", title: "All curves as a table", onclick: () => this.save() }, "save as CSV"));
     /**
-     * Names that are drawn, once somebody has chosen; null: the first.
+     * Names that are drawn, once somebody has chosen; null: those that the scenario names, else the first.
      * @type {Set<string> | null}
      */
     this.chosen = null;
@@ -91,11 +91,13 @@ export class CountsPanel {
     const counts = world.about.mode === "recorded" ? values_at([...this.series.values()], world.t_us / 1e6, world.labs.map((lab) => lab.name))
       : world.labs.flatMap((lab) => lab.counts().map(([name, n]) => ({ lab: lab.name, name, n })));
     this.element.hidden = !counts.length && !this.series.size; // of robots' programs alone, and before a scenario has counted
-    patch(this.now, counts_table(counts));
+    patch(this.now, counts_table(counts, (lab, name) => told(world.labs.find((l) => l.name === lab), name)));
     if (!(/** @type {HTMLDetailsElement} */ (this.element).open)) return;
     const all = [...this.series.values()].filter((s) => s.t_s.length > 0);
-    this.offer(all.map((s) => s.name));
-    const list = all.filter((s, i) => (this.chosen ? this.chosen.has(s.name) : i < curves_most)).map(drawn);
+    const first = named_curves(all.map((s) => s.name), world.labs);
+    const chosen = this.chosen ?? new Set(first);
+    this.offer(all.map((s) => ({ name: s.name, words: words_of(s.name, world.labs).words })), chosen);
+    const list = all.filter((s) => chosen.has(s.name)).sort((a, b) => (this.chosen ? 0 : first.indexOf(a.name) - first.indexOf(b.name))).map((s) => drawn(s, world.labs));
     const names = list.map((s) => s.name).join();
     const key = `${names} ${list.map((s) => `${s.t_s.length} ${s.t_s[s.t_s.length - 1]}`)} ${this.whole ? Math.round(world.t_us / 1e6) : ""}`;
     if (key === this.drawn) return;
@@ -111,24 +113,25 @@ export class CountsPanel {
 
   /**
    * What may be drawn, to be chosen where that is more than is drawn by itself.
-   * @param {string[]} names
+   * @param {{name: string, words: string}[]} all @param {Set<string>} chosen
    */
-  offer(names) {
-    const key = names.join();
+  offer(all, chosen) {
+    const key = JSON.stringify([all, [...chosen]]);
     if (key === this.listed) return;
     this.listed = key;
-    this.choices.hidden = names.length <= curves_most;
-    const boxes = names.map((name, i) => {
-      const box = h("input", { type: "checkbox", id: `curve-${i}`, onchange: () => {
-        this.chosen ??= new Set(names.slice(0, curves_most));
-        if (box.checked) this.chosen.add(name);
-        else this.chosen.delete(name);
+    this.choices.hidden = all.every(({ name }) => chosen.has(name)) && !this.chosen;
+    patch(this.list, ...all.map(({ name, words }, i) => {
+      const on = chosen.has(name);
+      return h("p", {}, h("input", { type: "checkbox", id: `curve-${i}`, "data-name": name, checked: on, disabled: !on && chosen.size >= curves_most }), " ", h("label", { for: `curve-${i}` }, words));
+    }));
+    for (const box of this.list.querySelectorAll("input")) {
+      box.checked = chosen.has(box.dataset["name"] ?? "");
+      box.onchange = () => {
+        const name = box.dataset["name"] ?? "";
+        this.chosen = new Set(box.checked ? [...chosen, name] : [...chosen].filter((other) => other !== name));
         this.drawn = "";
-      } });
-      box.checked = this.chosen ? this.chosen.has(name) : i < curves_most;
-      return h("p", {}, box, " ", h("label", { for: `curve-${i}` }, name));
-    });
-    this.list.replaceChildren(...boxes);
+      };
+    }
   }
 
   /** Gives the browser a file with a column for each curve. */
@@ -163,14 +166,54 @@ export class CountsPanel {
 
 /** @typedef {{lab: string, name: string, n: number}} Count */
 
+/** @typedef {import("../world/lab.js").Lab} Lab */
+
+/**
+ * A curve's lab and name: live ones are named "LAB COUNT", recorded ones "LAB.COUNT" or "LAB.TABLE.COLUMN".
+ * @param {string} name @param {Lab[]} labs
+ */
+function parts_of(name, labs) {
+  const lab = labs.find((l) => name.startsWith(`${l.name} `) || name.startsWith(`${l.name}.`));
+  return { lab, of: lab ? name.slice(lab.name.length + 1) : name };
+}
+
+/**
+ * What the scenario tells of a count or column.
+ * @param {Lab | undefined} lab @param {string} of
+ */
+function told(lab, of) {
+  return lab?.shown.find((each) => each.of === `series.${of}`);
+}
+
+/**
+ * The curves that scenarios want to be drawn, in their order, of each lab; if they want none, the first.
+ * @param {string[]} names @param {Lab[]} labs
+ */
+export function named_curves(names, labs) {
+  const wanted = [...new Set(labs.flatMap((lab) => lab.shown).filter((each) => each["curve"]).map((each) => each.of))];
+  const found = wanted.flatMap((of) => names.filter((name) => `series.${parts_of(name, labs).of}` === of));
+  return (found.length ? found : names).slice(0, curves_most);
+}
+
+/**
+ * A curve's words for people, its unit, and how many of its numbers make one of that.
+ * @param {string} name @param {Lab[]} labs
+ */
+function words_of(name, labs) {
+  const { lab, of } = parts_of(name, labs), about = told(lab, of), own = count_name(of);
+  const { unit, per } = about?.["unit"] ? { unit: about["unit"], per: 1 } : own;
+  const words = (about?.["words"] || own.words) + (lab && labs.length > 1 ? `, ${lab.name}` : "");
+  return { words: words + (unit && ` (${unit})`), per };
+}
+
 /**
  * A row for each count, a column for each lab.
- * @param {Count[]} counts
+ * @param {Count[]} counts @param {(lab: string, name: string) => import("../wire/lcm.js").Message | undefined} about
  */
-function counts_table(counts) {
+function counts_table(counts, about) {
   const labs = [...new Set(counts.map((c) => c.lab))], names = [...new Set(counts.map((c) => c.name))];
   const at = new Map(counts.map((c) => [`${c.lab} ${c.name}`, c.n]));
-  return table(["count", ...labs], names.map((name) => [count_name(name).words, ...labs.map((lab) => {
+  return table(["count", ...labs], names.map((name) => [labs.map((lab) => about(lab, name)?.["words"]).find(Boolean) ?? count_name(name).words, ...labs.map((lab) => {
     const n = at.get(`${lab} ${name}`);
     return n === undefined ? "–" : count_value(name, n);
   })]));
@@ -190,12 +233,12 @@ export function values_at(list, t_s, labs) {
 
 /**
  * A curve as it is drawn: in the unit that its name tells.
- * @param {Series} s
+ * @param {Series} s @param {Lab[]} labs
  * @returns {Series}
  */
-function drawn(s) {
-  const { words, unit, per } = count_name(s.name);
-  return { name: words + (unit && `, ${unit}`), t_s: s.t_s, y: per === 1 ? s.y : s.y.map((y) => y / per) };
+function drawn(s, labs) {
+  const { words, per } = words_of(s.name, labs);
+  return { name: words, t_s: s.t_s, y: per === 1 ? s.y : s.y.map((y) => y / per) };
 }
 
 /**

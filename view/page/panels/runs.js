@@ -6,18 +6,19 @@ import { counted, distance_words, time_words } from "../words.js";
 const places_most = 6;
 
 export class RunsPanel {
-  /** @param {import("../world/world.js").World} world @param {import("../play/player.js").Player} player @param {(about: import("../world/world.js").About) => void} introduce another run */
-  constructor(world, player, introduce) {
+  /** @param {import("../world/world.js").World} world @param {import("../play/player.js").Player} player @param {(about: import("../world/world.js").About) => void} introduce another run @param {() => void} all shows all runs of a batch */
+  constructor(world, player, introduce, all) {
     const { element, body } = section("Runs", true);
     this.element = element;
     this.world = world;
     this.player = player;
     this.introduce = introduce;
     this.choice = h("select", { "aria-label": "run of the batch", onchange: () => this.open(this.choice.selectedIndex) });
+    this.all = h("button", { id: "all-runs", onclick: all }, "▦ all runs");
     this.notes = h("div");
     this.button = h("button", { id: "difference", onclick: () => this.go() }, "first difference");
     this.said = h("div", { role: "status" });
-    body.append(this.choice, this.notes, this.button, this.said);
+    body.append(h("div", { class: "buttons" }, this.choice, this.all), this.notes, this.button, this.said);
     this.key = "";
     element.hidden = true;
   }
@@ -30,7 +31,7 @@ export class RunsPanel {
     const runs = about.runs ?? [], notes = about.notes ?? [];
     const two = new Set(about.labs.map(run_of)).size === 2;
     this.element.hidden = !notes.length && (about.mode !== "recorded" || (runs.length < 2 && !two));
-    this.choice.hidden = two || runs.length < 2;
+    this.choice.hidden = this.all.hidden = two || runs.length < 2;
     if (this.choice.options.length !== runs.length) this.choice.replaceChildren(...runs.map((run) => h("option", {}, run)));
     this.choice.selectedIndex = about.number ?? 0;
     this.notes.replaceChildren(...notes.map((note) => h("p", { class: "attention" }, note)));

@@ -12,7 +12,7 @@ const chunk = 30, ahead = 60;
 /** At the end of a run that still grows we look for more so often, milliseconds. */
 const look_ms = 1000;
 /** What drawing takes. */
-export const channels = ["arena", "poses", "shared", "overlay", "status", "peers", "to_robots"];
+export const channels = ["arena", "poses", "shared", "shown", "overlay", "status", "peers", "to_robots"];
 /** Speeds that are offered. */
 export const speeds = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 
@@ -47,7 +47,7 @@ export class Player {
     this.looked_ms = 0;
     /**
      * Answers to requests that others made.
-     * @type {Map<number, {frames: Frame[], done: (frames: Frame[], answer: any) => void}>}
+     * @type {Map<number, {frames: Frame[], elsewhere: boolean, done: (frames: Frame[], answer: any) => void}>}
      */
     this.asked = new Map();
   }
@@ -59,13 +59,13 @@ export class Player {
   }
 
   /**
-   * Asks anything, beside the playing.
-   * @param {object} what @returns {Promise<{frames: Frame[], answer: any}>}
+   * Asks anything, beside the playing; of another run, too.
+   * @param {Record<string, any>} what @returns {Promise<{frames: Frame[], answer: any}>}
    */
   ask(what) {
     const request = ++this.request;
     return new Promise((resolve) => {
-      this.asked.set(request, { frames: [], done: (frames, answer) => resolve({ frames, answer }) });
+      this.asked.set(request, { frames: [], elsewhere: what["run"] !== undefined, done: (frames, answer) => resolve({ frames, answer }) });
       if (!this.out.send({ request, ...what })) this.done({ request, refused: "there is no connection to the server" });
     });
   }
@@ -146,6 +146,7 @@ export class Player {
     if (this.open.get(answer.request) === "seek") this.arrived?.();
     this.open.delete(answer.request);
     asked?.done(asked.frames, answer);
+    if (asked?.elsewhere) return;
     if (answer.length_us > this.length_us) {
       // What was asked for beyond the old end was not there yet.
       this.asked_us = Math.min(this.asked_us, Math.max(this.t_us, this.length_us));

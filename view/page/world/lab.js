@@ -53,6 +53,11 @@ export class Lab {
     this.shared = null;
     /** @type {Message | null} */
     this.overlay = null;
+    /**
+     * What the scenario tells of what is seen (shown_words_t).
+     * @type {Message[]}
+     */
+    this.shown = [];
     /** @type {Robot[]} ascending id */
     this.robots = [];
     /** @type {{x: number, y: number, heading: number}[]} */
@@ -77,9 +82,9 @@ export class Lab {
 
   /** Drops everything that a jump in time makes wrong. */
   forget() {
-    const { newest, cameras, cameras_key, arena, heard_ms, statuses } = this;
+    const { newest, cameras, cameras_key, arena, shown, heard_ms, statuses } = this;
     const versions = { floor_version: this.floor_version + 1, robots_version: this.robots_version + 1, trails_epoch: this.trails_epoch + 1 };
-    Object.assign(this, new Lab(this.index, this.name), { newest, cameras, cameras_key, arena, heard_ms, statuses }, versions);
+    Object.assign(this, new Lab(this.index, this.name), { newest, cameras, cameras_key, arena, shown, heard_ms, statuses }, versions);
   }
 
   /**
@@ -97,7 +102,8 @@ export class Lab {
     } else if (channel === "overlay") {
       this.overlay = value;
       this.floor_version += 1;
-    } else if (channel === "status") {
+    } else if (channel === "shown") this.shown = value.words;
+    else if (channel === "status") {
       this.status = value;
       this.statuses += 1;
     } else if (channel === "peers") this.peers = value;

@@ -18,7 +18,7 @@ const reasons_most = 100;
 const other_reasons = "other reasons";
 
 /** Channels that are decoded as they come; others only when somebody looks. */
-const decoded = new Set(["arena", "poses", "shared", "overlay", "status", "peers", "to_robots", "robot_texts"]);
+const decoded = new Set(["arena", "poses", "shared", "shown", "overlay", "status", "peers", "to_robots", "robot_texts"]);
 
 export class World {
   /** @param {import("../wire/lcm.js").Types} types */
