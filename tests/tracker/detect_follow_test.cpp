@@ -1,11 +1,15 @@
 // Following robots through windows, and pictures that show none or are none.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+#include <span>
 #include <stdexcept>
+#include <utility>
 
+#include "testbed/kilobot_tracking.hpp"
 #include "tests/support/pictures/robot_pictures.hpp"
 #include "tracker/detect/detector.hpp"
 
@@ -132,6 +136,27 @@ TEST_CASE("only 8-bit BGR pictures") {
   CHECK_THROWS_AS(detector.search(cv::Mat()), std::invalid_argument);
   CHECK_THROWS_AS(detector.search(cv::Mat(10, 10, CV_8UC1)), std::invalid_argument);
   CHECK_THROWS_AS(detector.follow(cv::Mat(10, 10, CV_16UC3), {}), std::invalid_argument);
+}
+
+TEST_CASE("what lies outside the arena by more than a radius is no robot") {
+  // Proves that a calibrated arena drops and counts it, here the outer three of six, and that one without drops none.
+  const Scene scene = real_scenes().front();
+  const double metres_per_px = hal::kilobot::body_radius_m / scene.robots[0].r_px;
+  std::vector<double> off_px;
+  for (const TrueRobot& robot : scene.robots) off_px.push_back(std::abs(robot.x_px - (scene.bgr.cols - 1) / 2.0));
+  std::sort(off_px.begin(), off_px.end());
+  REQUIRE(off_px.size() == 6);
+  REQUIRE(off_px[3] - off_px[2] > 4);
+  const auto camera = tracker::Calibration::overhead(scene.bgr.cols, scene.bgr.rows, metres_per_px);
+  tracker::CameraData narrow = camera.data();
+  narrow.arena_width_m = (off_px[2] + off_px[3]) * metres_per_px - 2 * hal::kilobot::body_radius_m;
+  for (const auto& [calibration, outside] : {std::pair(camera, 0u), {tracker::Calibration(narrow), 3u}}) {
+    tracker::TableTracker table({calibration}, testbed::kilobot_tracking());
+    table.look(hal::LabTime{0}, std::span(&scene.bgr, 1));
+    CHECK(table.detections(0).size() == 6);
+    CHECK(table.counters()["seen.outside"] == outside);
+    CHECK(table.counters()["track.born"] == 6 - outside);
+  }
 }
 
 }  // namespace

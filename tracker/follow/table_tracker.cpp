@@ -101,6 +101,18 @@ void TableTracker::detect(View& view, const cv::Mat& as_taken, std::span<const P
   if (view.plane) view.detections = view.plane->in_camera(view.detections);
 }
 
+// A robot's centre cannot be beyond a wall by more than a radius, however wrong a calibration may be.
+std::vector<FusedObservation> TableTracker::inside_arena(const Calibration& camera,
+                                                         std::span<const Detection> detections) {
+  std::vector<FusedObservation> seen = on_table(camera, detections, settings_.body);
+  const double east_m = (camera.data().arena_width_m + settings_.body.diameter_m) / 2,
+               north_m = (camera.data().arena_height_m + settings_.body.diameter_m) / 2;
+  const std::size_t outside = std::erase_if(
+      seen, [&](const FusedObservation& one) { return std::abs(one.x_m) > east_m || std::abs(one.y_m) > north_m; });
+  if (outside > 0) own_counters_.add("seen.outside", outside);
+  return seen;
+}
+
 const std::vector<Track>& TableTracker::look(hal::LabTime now, std::span<const cv::Mat> pictures) {
   const std::vector<Prospect> prospects = associator_.prospects(now);
   const std::vector<Track>& before = associator_.tracks();
@@ -119,7 +131,7 @@ const std::vector<Track>& TableTracker::look(hal::LabTime now, std::span<const c
       continue;
     }
     detect(view, picture, prospects, somebody_missing);
-    if (view.calibration) seen[i] = on_table(*view.calibration, view.detections, settings_.body);
+    if (view.calibration) seen[i] = inside_arena(*view.calibration, view.detections);
   }
   return associator_.update(now, fuse(seen, settings_.body));
 }

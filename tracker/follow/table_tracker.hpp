@@ -26,7 +26,8 @@ struct TableSettings {
   std::size_t expected_robots = 0;  // while fewer are seen, whole pictures are searched more often; 0: nobody knows
 };
 
-// Counters: those of Associator, camera.refused.size (pictures of another size than the calibration's).
+// Counters: those of Associator, camera.refused.size (pictures of another size than the calibration's), seen.outside
+// (what looked like a robot and lies outside the arena).
 class TableTracker {
  public:
   TableTracker(std::vector<Calibration> cameras, const TableSettings& settings);
@@ -60,6 +61,7 @@ class TableTracker {
     std::vector<Detection> detections;
   };
 
+  std::vector<FusedObservation> inside_arena(const Calibration& camera, std::span<const Detection> detections);
   void detect(View& view, const cv::Mat& as_taken, std::span<const Prospect> prospects, bool somebody_missing);
 
   TableSettings settings_;
