@@ -21,7 +21,7 @@ install(DIRECTORY scenarios/dhtf/controller DESTINATION ${share}/scenarios/dhtf 
 install(DIRECTORY scenarios/cre/controller DESTINATION ${share}/scenarios/cre COMPONENT lab)
 # What draws runs.
 install(PROGRAMS drawing/draw_swarm drawing/plot_batch drawing/plot drawing/plot_curves drawing/summarise_batch drawing/publish drawing/fit_robots drawing/fit_check scripts/read_log.py drawing/film DESTINATION ${share} COMPONENT lab)
-install(FILES drawing/intervals.py drawing/figure_style.py drawing/batch_figure.py drawing/curve_figure.py drawing/run_figure.py drawing/robot_fit.py drawing/robot_tracks.py drawing/draw_overlay.py drawing/replay.html drawing/film_frames.py drawing/chromium.py scripts/lab_processes.py view/page/colours.json
+install(FILES drawing/intervals.py drawing/figure_style.py drawing/batch_figure.py drawing/curve_figure.py drawing/run_figure.py drawing/robot_fit.py drawing/robot_tracks.py drawing/draw_overlay.py drawing/replay.html drawing/film_frames.py drawing/film_file.py drawing/painted_film.py drawing/chromium.py scripts/lab_processes.py view/page/colours.json
   DESTINATION ${share} COMPONENT lab)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/lcmtypes/python/ DESTINATION ${share}/lcmtypes COMPONENT lab)
 # Scenarios in Python, and what `arkmesh scenario new` copies beside the experiment light_up.

@@ -1,16 +1,15 @@
 """A recorded run as pictures of the page, each of a moment of lab time: for films and documents."""
 import base64
 import contextlib
-import os
 import pathlib
 import re
 import subprocess
 import sys
-import tempfile
 import time
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))  # where arkmesh is not installed
 from chromium import browser
+from film_file import moments_of, write
 from lab_processes import PROGRAM, Failed, end_all, end_with_parent
 
 READY = "return Boolean(window.arkmesh?.world.labs.length && arkmesh.player.length_us)"
@@ -102,56 +101,21 @@ def encoded(shown, moments, step_s):
         yield i + now, shown.encoded(step_s, now, i + now == moments)
 
 
-def draw(drawn, to, moments):
-    """Writes what is drawn to ffmpeg, and tells how far it is; ends early when ffmpeg has gone, having said why."""
-    begun = told = time.monotonic()
-    with contextlib.suppress(BrokenPipeError):
-        for i, data in drawn:
-            to.write(data)
-            if (now := time.monotonic()) - told > (1 if sys.stderr.isatty() else 10):
-                told = now
-                print(f"film: {i} of {moments} pictures, {(now - begun) / i * (moments - i):.0f} s left  ", file=sys.stderr,
-                      end="\r" if sys.stderr.isatty() else "\n", flush=True)
-        to.close()
-
-
 def film(url, out, begin_s, end_s, speed, per_s, width, height, bare, dark=False, prepare=None):
     """Writes a film (.mp4, or .gif) of that stretch of lab time, under its name only when it is whole. `prepare` is JavaScript to run before the
     first moment."""
-    out = pathlib.Path(out)
-    part = out.with_name(f"{out.name}.{os.getpid()}.part")
-    # Half as many colours as a GIF may have: much smaller, and nobody sees it. The encoder's fastest setting that costs no bytes.
-    how = (["-filter_complex", "split[a][b];[a]palettegen=max_colors=96:stats_mode=full[p];[b][p]paletteuse=dither=none:diff_mode=rectangle", "-loop", "0"]
-           if out.suffix == ".gif" else ["-c:v", "libx264", "-preset", "veryfast", "-pix_fmt", "yuv420p", "-crf", "21", "-movflags", "+faststart", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"])
     with page(url, width, height, bare, dark) as shown:
-        end_s = min(end_s, shown.length_s)
-        if begin_s >= end_s:
-            raise Failed(f"nothing to film: the run ends at {shown.length_s:g} s, and the film would begin at {begin_s:g} s")
-        moments, step_s = max(1, round((end_s - begin_s) / speed * per_s)), speed / per_s
-        kind = "png" if out.suffix == ".gif" else "jpeg"
+        moments, step_s = moments_of(begin_s, min(end_s, shown.length_s), shown.length_s, speed, per_s)
+        kind = "png" if pathlib.Path(out).suffix == ".gif" else "jpeg"
         # The page encodes its arenas itself, if this Chromium can; other pictures have to be taken and encoded one by one.
         if bare and kind == "jpeg" and shown.can_encode(per_s):
             drawn, data, how = encoded(shown, moments, step_s), ["h264"], ["-c", "copy", "-movflags", "+faststart"]
         else:
-            drawn, data = pictures(shown, moments, step_s, kind), ["image2pipe", "-c:v", kind.replace("jpeg", "mjpeg")]
-        command = ["ffmpeg", "-y", "-loglevel", "error", "-f", *data, "-framerate", str(per_s), "-i", "-", *how, "-f", out.suffix[1:], str(part)]
-        try:
-            # Ctrl-C is for us; a film that is stopped is taken away
-            with tempfile.TemporaryFile("w+") as said, subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said, start_new_session=True) as encoder:
-                try:
-                    shown.begin(max(0, begin_s), speed)
-                    if prepare:
-                        shown.driver.execute_script(prepare)
-                    draw(drawn, encoder.stdin, moments)
-                except BaseException:
-                    encoder.kill()
-                    raise
-                encoder.wait()
-                said.seek(0)
-                # on a full disk it may end with 0
-                if (words := said.read().strip()) or encoder.returncode:
-                    raise Failed(f"{out} cannot be written: {words.splitlines()[-1] if words else f'ffmpeg ended with {encoder.returncode}'}")
-            os.replace(part, out)
-        finally:
-            part.unlink(missing_ok=True)
+            drawn, data, how = pictures(shown, moments, step_s, kind), ["image2pipe", "-c:v", kind.replace("jpeg", "mjpeg")], None
+
+        def begin():
+            shown.begin(max(0, begin_s), speed)
+            if prepare:
+                shown.driver.execute_script(prepare)
+        write(out, drawn, moments, per_s, data, how, begin)
     return moments

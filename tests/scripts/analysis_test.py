@@ -74,6 +74,31 @@ class Analysis(unittest.TestCase):
         for file, inches in (("run.pdf", 7.16), ("narrow.pdf", 3.5), ("python_batch.pdf", 3.5)):
             self.assertAlmostEqual(self.width_of(file), inches, delta=0.02, msg=file)
 
+    def test_a_film_without_a_browser(self):
+        """Where Chromium lacks, arenas are painted, with a clock that goes on and a scale; what cannot be done without it names what is missing."""
+        def film(*words, lacks=("selenium",), path=os.environ["PATH"]):
+            script = (f"import importlib.util, runpy, sys\nfind = importlib.util.find_spec\nimportlib.util.find_spec = lambda name, *more: None if name in {lacks!r} else find(name, *more)\n"
+                      f"sys.argv = ['film', *{list(words)!r}]\nsys.path.insert(0, {str(ROOT / 'drawing')!r})\nrunpy.run_path({str(ROOT / 'drawing/film')!r}, run_name='__main__')")
+            return subprocess.run([PYTHON, "-c", script], cwd=self.folder, capture_output=True, text=True, timeout=600, env={**ENVIRONMENT, "PATH": path})
+
+        done = film("demo", "--out", "demo.mp4", "--size", "640x360", "--fps", "5", "--speed", "20", "--to", "40")
+        self.assertEqual((done.returncode, done.stdout), (0, "demo.mp4: 10 pictures, 2.0 s\n"), done.stderr)
+        self.assertIn("film: python3-selenium is missing, so the arenas are painted", done.stderr)
+        told = called("ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames,width,height", "-of", "csv=p=0", self.folder / "demo.mp4").stdout.strip()
+        self.assertEqual(told, "640,360,10")
+        raw = subprocess.run(["ffmpeg", "-loglevel", "error", "-i", self.folder / "demo.mp4", "-f", "rawvideo", "-pix_fmt", "gray", "-"], capture_output=True, check=True).stdout
+        moments = [raw[i * 640 * 360:(i + 1) * 640 * 360] for i in range(10)]
+        captions = [moment[334 * 640:] for moment in moments]
+        self.assertEqual(len(set(captions)), 10)  # the clock
+        self.assertTrue(all(min(caption) < 100 for caption in captions))
+        self.assertEqual(len({moment[:300 * 640] for moment in moments}), 10)  # robots
+        for words, lacks, path, wanted in ((("demo", "--whole"), ("selenium",), os.environ["PATH"], "film: this machine lacks python3-selenium; sudo apt-get install python3-selenium\n"),
+                                           (("demo",), ("selenium",), "/nowhere", "film: this machine lacks ffmpeg; sudo apt-get install ffmpeg\n"),
+                                           (("demo",), ("selenium", "PIL"), os.environ["PATH"], "film: this machine lacks python3-selenium, python3-pil; sudo apt-get install python3-selenium python3-pil\n")):
+            refused = film(*words, "--out", "none.mp4", lacks=lacks, path=path)
+            self.assertEqual((refused.returncode, refused.stderr), (1, wanted))
+        self.assertFalse((self.folder / "none.mp4").exists())
+
     def test_a_batch_says_how_its_figures_look(self):
         """[[plot]] takes words and a width; a width that there is not is refused where it is written."""
         text = (f'labs = ["{LIGHT_UP}/a.toml", "{LIGHT_UP}/b.toml"]\nseeds = "1..2"\n[set]\n"run.duration_s" = 2\n[sweep]\n"scenario.light_up.reach_m" = [0.05, 0.2]\n'
