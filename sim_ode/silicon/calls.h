@@ -95,6 +95,7 @@ static void returned(unsigned result) {
     rec = after(rec);
   }
   now.depth--;
+  if (now.amid > now.depth + 1) now.amid = 0;
   put(NEXT, 0, 1);
   if (!now.waits && (now.called == 'L' || now.called == 'X' || now.called == 'T')) {
     const avr_cycle_count_t cycles = avr->cycle - now.loop_begin;
@@ -125,7 +126,7 @@ static void on_call(struct avr_t* robot_avr, avr_io_addr_t address, uint8_t lett
       fprintf(out, "check\t%d\t%ld\t%c\t%u\n", robot, (long)(segment.rec - log_begin), avr->data[KIND], value & 0xFFFF);
       return;
     case 'i':
-      if (rec < log_end && *rec == 'w') rec++, now.waits++, put(NEXT, 'w', 1);
+      if (rec < log_end && *rec == 'w') begin_wait();
       return;
     case '?':
       return answer_question();
@@ -137,8 +138,7 @@ static void on_call(struct avr_t* robot_avr, avr_io_addr_t address, uint8_t lett
     return;
   }
   if (!now.lost && *rec == 'w') {
-    rec++, now.waits++;
-    put(NEXT, 'w', 1);
+    begin_wait();
     return;
   }
   if (letter == 'R') return returned(value);
@@ -152,7 +152,8 @@ static void on_call(struct avr_t* robot_avr, avr_io_addr_t address, uint8_t lett
     }
     return;
   }
-  while (letter == 's' && rec < log_end && *rec != 's') rec = after(rec); /* what main() did counts for nothing */
+  for (; letter == 's' && rec < log_end && *rec != 's'; rec = after(rec)) /* what main() did counts for nothing */
+    if (*rec == 'w' || *rec == 'd') take_memory(rec + (*rec == 'w' ? 2 : 5));
   if (rec >= log_end || *rec != letter) return lose(letter, value, from);
   if (strchr("loeh", letter)) {
     put(VALUE, get(rec + 1, letter == 'h' ? 1 : 2), 4);
@@ -165,10 +166,12 @@ static void on_call(struct avr_t* robot_avr, avr_io_addr_t address, uint8_t lett
     }
     take_memory(rec + 5);
     now.waits++;
+    if (now.amid > now.depth) now.amid = 0;
     compare();
     after_call = look;
   } else if (letter == 's') {
     take_memory(rec + 1);
+    now.amid = 0;
     compare();
     after_call = look;
   } else if ((letter == 'm' && value != get(rec + 1, 2)) || (letter == 'c' && value != rec[1]) ||

@@ -15,7 +15,8 @@
    R size result memory        returned
    m left right  c colour  y kind value          outputs
    l o e value  h value                          light, voltage, temperature; rand_hard
-   d microseconds memory ... D  delay and its end, with what came between; w ... W  a wait without a call
+   d microseconds memory ... D  delay and its end, with what came between
+   w busy memory ... W  a wait without a call; busy: 1 amid what the program does, 0 where it reads the clock
    F                           the program is forgotten, until power-up
 
    OUT gets: `cause`, a tick's difference, once for each place; `check` of the compiler's own checks; `robot` figures.
@@ -152,7 +153,7 @@ static void tell(void) {
     causes[i].count++;
   }
   if ((kind == 'm' || kind == 'l') && (seen.count || *seen.output[0])) return tell();
-  for (i = 0; i < leaf_count; i++) become(leaves + i);
+  all_become();
   if ((kind == 'x' || kind == 'h') && now.segment < 0) {
     finished = 1; /* in main() */
   } else if (kind == 'x' || kind == 'h') {
@@ -160,7 +161,7 @@ static void tell(void) {
     now.depth = 0;
     rec = end_of_call(rec, 0);
     if (rec < log_end && *rec == 'R') take_memory(rec + 2 + rec[1]), rec = after(rec);
-    for (i = 0; i < leaf_count; i++) become(leaves + i);
+    all_become();
     answer_question();
   }
   memset(&seen, 0, sizeof seen);

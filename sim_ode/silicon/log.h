@@ -23,6 +23,8 @@ static uint8_t* after(uint8_t* at) {
       return after_memory(at + 2 + at[1]);
     case 'd':
       return after_memory(at + 5);
+    case 'w':
+      return after_memory(at + 2);
     case 'y':
       return at + 6;
     case 'm':
@@ -54,6 +56,7 @@ static uint8_t* end_of_call(uint8_t* at, int deep) {
     if (*at == 'k') tick = get(at + 1, 4), put(at_ticks, get(at + 5, 4), 4);
     if (*at == 'v') take_values(at + 1);
     if (*at == 'd') take_memory(at + 5);
+    if (*at == 'w') take_memory(at + 2);
     if (begins((char)*at)) deep++;
     if (*at == 'R') {
       if (deep-- == 0) return at;
@@ -107,7 +110,24 @@ static void compare(void) {
   int i;
   if (!compares || child >= 0) return;
   for (i = 0; i < leaf_count; i++)
-    if (differs(leaves + i)) seen.leaf[seen.count++] = i;
+    if (!(now.amid && amid[i]) && differs(leaves + i)) seen.leaf[seen.count++] = i;
+}
+static void all_become(void) {
+  int i;
+  for (i = 0; i < leaf_count; i++)
+    if (!(now.amid && amid[i])) become(leaves + i);
+}
+/* Where the robot stands may be elsewhere than where the simulated one does, within one stretch without a call: what
+   differs is not looked at until the call is over in which it waits. */
+static void begin_wait(void) {
+  int i;
+  take_memory(rec + 2);
+  if (rec[1] && compares && child < 0 && (!now.amid || now.amid == now.depth + 1)) {
+    now.amid = now.depth + 1;
+    for (i = 0; i < leaf_count; i++) amid[i] = (uint8_t)differs(leaves + i);
+  }
+  rec = after(rec), now.waits++;
+  put(NEXT, 'w', 1);
 }
 
 /* ---- what a program says ---- */

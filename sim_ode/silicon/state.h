@@ -44,6 +44,7 @@ static struct {
   char called;  /* what the outermost call is */
   int depth, outermost, lost, waits, waits_on,
       begun;     /* lost: it has left the log's path, up to the end of the present call */
+  int amid;      /* 1 + depth of the call amid which it waits; 0: none */
   uint8_t* skip; /* where the log goes on then */
 } now;
 typedef struct {
@@ -57,6 +58,7 @@ typedef struct {
   uint32_t tick;
 } Moment;
 static Moment segment, top;
+static uint8_t amid[most_leaves]; /* numbers that differed when that wait began */
 
 /* What differs in the present segment. */
 static struct {

@@ -306,6 +306,12 @@ TEST_CASE("controller check says what a program needs and what may go wrong with
             "calls counts calls of loop up to 120000"},
            {"uint32_t calls, last;", "calls++; if (calls > 5000) set_color(1);",
             "if (kilo_ticks > last) { last = kilo_ticks; calls++; } if (calls > 5000) set_color(1);", "calls of loop"},
+           {"uint16_t last;", "if (last == -1) set_color(1);", "if (last == 65535) set_color(1);",
+            "width.c:4: a negative number is compared with an unsigned one"},
+           {"uint32_t last;", "if (kilo_uid < rand()) set_color(1);", "if (last == -1) set_color(1);",
+            "width.c:4: a negative number is compared with an unsigned one"},
+           {"int32_t late; uint16_t a, b;", "late = a - b;", "late = (int16_t)(a - b);",
+            "width.c:4: a difference of unsigned numbers of 16 bits is never negative"},
            {"#include <stdlib.h>\nchar *text; char room[9];", "text = malloc(9);", "text = room;",
             "malloc takes from what the stack needs"}}) {
     const Ended found = said_of(globals, wrong), control = said_of(globals, right);

@@ -37,7 +37,8 @@ CheckedProgram check_program(const ProgramSources& sources) {
   }
 
   out.warnings = warnings_in(build.said());
-  for (std::string& sentence : width_warnings(build.folder())) out.warnings.push_back(std::move(sentence));
+  for (std::string& sentence : widths_of(build.folder(), build.said()).warnings)
+    out.warnings.push_back(std::move(sentence));
   out.largest = largest_frame(build.folder());
   return out;
 }

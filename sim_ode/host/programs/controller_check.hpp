@@ -17,7 +17,7 @@ struct CheckedProgram {
 };
 
 // For AvrBuild: what makes the compiler speak of such places, and what of its words is worth telling.
-inline const std::vector<std::string> warning_options = {"-Wtype-limits", "-Wconversion"};
+inline const std::vector<std::string> warning_options = {"-Wtype-limits", "-Wconversion", "-Wsign-compare"};
 std::vector<std::string> warnings_in(const std::string& said);
 
 // Throws std::runtime_error with one sentence: no avr-gcc, or the program does not build.

@@ -31,6 +31,10 @@ bool signed_16(const std::string& type) {
 bool unsigned_16(const std::string& type) {
   return type == "unsigned int" || type == "uint16_t" || type == "short unsigned int" || type == "size_t";
 }
+bool wide(const std::string& type) {
+  return std::ranges::any_of(std::initializer_list<const char*>{"long", "32", "64", "float", "double"},
+                             [&](const char* part) { return type.find(part) != std::string::npos; });
+}
 bool byte_type(const std::string& type) {
   return type == "unsigned char" || type == "uint8_t" || type == "char";
 }
@@ -57,7 +61,15 @@ class Reader {
     look(one);
   }
 
-  std::vector<std::string> sentences() {
+  // `said`: the compiler's words, of a whole program.
+  std::vector<std::string> sentences(const std::string& said) {
+    static const std::regex mixed(R"(([^/]+:\d+):\d+: warning: comparison between signed and unsigned)");
+    std::smatch found;
+    for (std::string_view left = said; !left.empty(); left.remove_prefix(std::min(left.size(), left.find('\n') + 1)))
+      if (const std::string line(left.substr(0, left.find('\n'))); std::regex_search(line, found, mixed))
+        if (const auto where = compared_.find(found[1]); where != compared_.end())
+          tell_otherwise(where->second, where->first,
+                         "a negative number is compared with an unsigned one, and counts as 65536 more in 16 bits");
     std::set<std::string> in_loop = {loop_};
     for (std::size_t before = 0; before != in_loop.size();) {
       before = in_loop.size();
@@ -80,13 +92,15 @@ class Reader {
     for (const auto& [where, what] : said_) out.push_back(fmt::format("{}: {}", where, what));
     return out;
   }
+  std::vector<Otherwise> otherwise() { return std::move(otherwise_); }
+  const std::multimap<std::string, std::string>& calls() const { return calls_; }
 
  private:
   void begin(const std::string& function) {
     function_ = function;
     std::erase_if(readings_, [&](const std::string& name) { return types_.count(name) > 0; });  // those of the last one
     types_.clear();
-    bytes_.clear(), shifted_.clear(), copies_.clear(), sums_.clear(), one_more_.clear();
+    bytes_.clear(), shifted_.clear(), copies_.clear(), sums_.clear(), one_more_.clear(), gaps_.clear();
   }
 
   static bool is_temporary(const std::string& name) {
@@ -106,7 +120,21 @@ class Reader {
     if (std::ranges::find(said_, std::pair(place, what)) == said_.end()) said_.emplace_back(place, what);
   }
 
+  void tell_otherwise(const std::string& function, const std::string& place, const std::string& what) {
+    tell(place, what);
+    otherwise_.push_back({function, place, what, false});
+  }
+  bool perhaps_16(const std::string& operand) const {
+    return std::isdigit(static_cast<unsigned char>(operand[0])) != 0 ? std::atoll(operand.c_str()) <= 65535
+                                                                     : !wide(type_of(operand));
+  }
+
   void look(const Statement& s) {
+    static const std::regex comparison(R"(([\w.>-]+) (?:[<>]=?|[!=]=) ([\w.-]+))"), fraction(R"(\((float|double)\))");
+    if (std::smatch sides; std::regex_search(s.from, sides, comparison) && perhaps_16(sides[1]) && perhaps_16(sides[2]))
+      compared_.emplace(s.place, function_);
+    if (std::regex_search(s.from, fraction) && (otherwise_.empty() || otherwise_.back().place != s.place))
+      otherwise_.push_back({function_, s.place, "a robot's fractions and their functions round otherwise", true});
     static const std::regex call(R"(^([A-Za-z_]\w*) \((.*)\)$)"), cast(R"(^\(([\w ]+)\) ([\w.>-]+)$)"),
         sum(R"(^([\w.]+) ([-+|*]) ([\w.]+|-?\d+)$)"), shift(R"(^([\w.]+) << (\d+)$)"), name(R"(^[\w.>\[\]-]+$)"),
         compared(R"(\b([A-Za-z_][\w.]*) (?:[<>=!]=?|%) (\d+)\b)");
@@ -136,6 +164,8 @@ class Reader {
       const std::string from = part[2], wanted = part[1];
       if (byte_type(type_of(from))) bytes_.insert(s.to);
       if (readings_.count(from) > 0) readings_.insert(s.to);
+      if (gaps_.count(from) > 0 && wide(wanted) && wanted.find("un") != 0 && wanted.find("uint") != 0)
+        tell_otherwise(function_, s.place, "a difference of unsigned numbers of 16 bits is never negative on a robot");
       if (shifted_.count(from) > 0 && !unsigned_16(wanted)) {
         if (signed_16(wanted))
           shifted_.insert(s.to);
@@ -173,6 +203,7 @@ class Reader {
       else
         tell_shift(s.place);
     }
+    if (unsigned_16(type) && (sign == '-' || (sign == '+' && std::atol(b.c_str()) > 32767))) gaps_.insert(s.to);
     if (sign == '+' && b == "1") one_more_[s.to] = origin(a);
     if (sign != '+' || !narrow) return;
     for (const auto& [total, summand] : {std::pair(a, b), std::pair(b, a)})
@@ -195,12 +226,16 @@ class Reader {
   }
   void forget(const std::string& name) {
     bytes_.erase(name), shifted_.erase(name), copies_.erase(name), sums_.erase(name), one_more_.erase(name);
+    gaps_.erase(name);
     if (is_temporary(name)) readings_.erase(name);
   }
 
   std::string function_, loop_ = "loop";
   std::map<std::string, std::string> types_, copies_, sums_, one_more_;  // of one function; copies and sums: of what
   std::set<std::string> bytes_, shifted_, readings_, reads_clock_;
+  std::set<std::string> gaps_;                   // differences of unsigned numbers
+  std::map<std::string, std::string> compared_;  // {place: function}, of numbers that may have 16 bits
+  std::vector<Otherwise> otherwise_;
   std::multimap<std::string, std::string> calls_;
   std::map<std::string, std::pair<std::string, std::string>> counted_;  // {what: {function, place}}
   std::map<std::string, long> limits_;
@@ -219,13 +254,31 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::string& ending
 
 }  // namespace
 
-std::vector<std::string> width_warnings(const fs::path& folder) {
-  std::vector<std::string> out;
+const Otherwise* Widths::near(const std::string& function, const std::string& place) const {
+  const auto line_of = [](const std::string& where) { return std::atoi(where.c_str() + where.rfind(':') + 1); };
+  const Otherwise* out = nullptr;
+  for (const Otherwise& one : otherwise)
+    if (!place.empty() && one.function == function && line_of(one.place) <= line_of(place)) out = &one;
+  std::vector<std::string> called = {function};
+  for (std::size_t i = 0; i < called.size(); ++i)
+    for (auto [from, end] = calls.equal_range(called[i]); from != end; ++from)
+      if (std::ranges::find(called, from->second) == called.end()) called.push_back(from->second);
+  for (const bool fraction : {false, true})
+    for (const std::string& one_called : called)
+      for (const Otherwise& one : otherwise)
+        if (!out && one.function == one_called && one.fraction == fraction) out = &one;
+  return out;
+}
+
+Widths widths_of(const fs::path& folder, const std::string& said) {
+  Widths out;
   for (const fs::path& file : files_of(folder, ".gimple")) {
     Reader reader;
     std::ifstream in(file);
     for (std::string line; std::getline(in, line);) reader.take(line);
-    for (std::string& sentence : reader.sentences()) out.push_back(std::move(sentence));
+    for (std::string& sentence : reader.sentences(said)) out.warnings.push_back(std::move(sentence));
+    for (Otherwise& one : reader.otherwise()) out.otherwise.push_back(std::move(one));
+    out.calls.insert(reader.calls().begin(), reader.calls().end());
   }
   return out;
 }

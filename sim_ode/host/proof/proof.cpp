@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
-#include <regex>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "hal/counted.hpp"
@@ -19,6 +19,7 @@
 #include "sim_ode/host/programs/controller_check.hpp"
 #include "sim_ode/host/programs/program_cache.hpp"
 #include "sim_ode/host/programs/robot_program.hpp"
+#include "sim_ode/host/programs/width_warnings.hpp"
 #include "sim_ode/host/proof/program_variables.hpp"
 
 namespace arkmesh::sim_ode {
@@ -60,7 +61,7 @@ struct Difference {
   int robot = 0, leaf = -1, others = 0;
   long segment = 0, count = 0;
   unsigned tick = 0, from = 0, seen_tick = 0;
-  std::string here, there, cycles, called, seen_here, seen_there, place;
+  std::string here, there, cycles, called, seen_here, seen_there, function, place;
 };
 
 // A build of the program in the emulator.
@@ -74,6 +75,11 @@ class Silicon {
     if (bytes.status != 0) throw std::runtime_error("avr-objcopy cannot read the program");
     std::istringstream symbols(run_avr({"avr-nm", build_.elf().string()}).output);
     for (std::string address, type, symbol; symbols >> address >> type >> symbol;) symbols_[symbol] = address;
+    // our own table: that of functions which the linker has left out, at address 0, misleads avr-addr2line
+    std::istringstream rows(run_avr({"avr-readelf", "-W", "--debug-dump=decodedline", build_.elf().string()}).output);
+    for (std::string row, file, line, address; std::getline(rows, row);)
+      if (std::istringstream words(row); words >> file >> line >> address && address.starts_with("0x"))
+        lines_[static_cast<unsigned>(std::strtoul(address.c_str(), nullptr, 16))] = file + ":" + line;
   }
 
   const AvrBuild& build() const { return build_; }
@@ -135,15 +141,18 @@ class Silicon {
     return out;
   }
 
-  // "in loop (prog.c:17)", empty when it is none of the program's.
-  std::string place_of(unsigned instruction) const {
-    std::istringstream lines(
-        run_avr({"avr-addr2line", "-f", "-s", "-e", build_.elf().string(), fmt::format("{:#x}", instruction)}).output);
-    std::string function, line;
-    if (!std::getline(lines, function) || !std::getline(lines, line) || line.starts_with("??") ||
-        line.starts_with("kilolib.c:") || line.starts_with("robot_pure.h:") || line.ends_with(":?"))
-      return {};
-    return fmt::format("in {} ({})", function, line.substr(0, line.find(" (disc")));
+  // The function, and "prog.c:17"; empty when it is none of the program's.
+  std::pair<std::string, std::string> place_of(unsigned instruction) const {
+    std::string function;
+    std::istringstream(
+        run_avr({"avr-addr2line", "-f", "-s", "-e", build_.elf().string(), fmt::format("{:#x}", instruction)})
+            .output) >>
+        function;
+    auto line = lines_.upper_bound(instruction);
+    if (function.empty() || function == "??" || line == lines_.begin()) return {};
+    --line;
+    if (line->second.starts_with("kilolib.c:") || line->second.starts_with("robot_pure.h:")) return {};
+    return {function, line->second};
   }
 
  private:
@@ -155,6 +164,7 @@ class Silicon {
   std::string processor_;
   fs::path emulator_;
   std::map<std::string, std::string> symbols_;
+  std::map<unsigned, std::string> lines_;  // by address
   std::vector<std::pair<std::string, char>> names_;
   std::vector<std::string> others_;
 };
@@ -179,22 +189,6 @@ const char* words_of(char check) {
   }
 }
 
-// Of a line, "in loop (prog.c:17)", that computes with fractions; empty when it does not.
-std::string fraction_in(const ReadProgram& program, const std::string& place) {
-  static const std::regex fraction(
-      R"(\d\.\d|\.\df|float|double|\b(a?sin|a?cos|a?tan|atan2|sqrt|pow|exp|log|log10|hypot|fabs|floor|ceil|round|fmod)f?\s*\()");
-  const std::size_t open = place.find('('), colon = place.rfind(':');
-  if (open == std::string::npos || colon == std::string::npos) return {};
-  for (const ReadProgram::File& file : program.files) {
-    if (file.path.filename() != place.substr(open + 1, colon - open - 1)) continue;
-    std::istringstream lines(file.text);
-    std::string line;
-    for (int left = std::atoi(place.c_str() + colon + 1); left > 0; --left) std::getline(lines, line);
-    if (std::regex_search(line, fraction)) return "a robot's fractions and their functions round otherwise";
-  }
-  return {};
-}
-
 // Of a whole number that differs by a multiple of 65536; the compiler's checks do not look at unsigned ones.
 std::string wrapping_of(const Difference& what, const Silicon& silicon) {
   if (what.kind != 'v' || silicon.number(what.leaf).second == 'f') return {};
@@ -205,7 +199,7 @@ std::string wrapping_of(const Difference& what, const Silicon& silicon) {
 std::string sentence(const Difference& what, const std::string& reason, const Silicon& silicon) {
   const char* const called = what.called == "L" ? "loop" : what.called == "S" ? "setup" : "a callback";
   std::string out = fmt::format("robot {}, tick {}: ", what.robot, what.tick);
-  const std::string at = what.place.empty() ? "" : " " + what.place;
+  const std::string at = what.place.empty() ? "" : fmt::format(" in {} ({})", what.function, what.place);
   switch (what.kind) {
     case 'v':
       out += fmt::format("{} is {} on a robot and {} here, set{}{}", silicon.number(what.leaf).first, what.here,
@@ -244,7 +238,7 @@ std::vector<Difference> merged(std::vector<Difference> found, const Silicon& sil
     return of.kind == 'v' ? silicon.number(of.leaf).first.substr(0, silicon.number(of.leaf).first.find('[')) : "";
   };
   for (Difference& one : found) {
-    one.place = silicon.place_of(one.kind == 'o' && one.from >= 2 ? one.from - 2 : one.from);
+    std::tie(one.function, one.place) = silicon.place_of(one.kind == 'o' && one.from >= 2 ? one.from - 2 : one.from);
     const auto same = std::ranges::find_if(out, [&](const Difference& other) {
       return other.kind == one.kind && other.place == one.place && variable(other) == variable(one) &&
              (!one.place.empty() || other.from == one.from);
@@ -266,9 +260,11 @@ Proof prove_program(const ProgramSources& sources, const TurnLog& log) {
   const fs::path tool = emulator(scratch.path());
   std::vector<std::string> options = {"-gdwarf-2", "-fno-optimize-sibling-calls"};
   options.insert(options.end(), warning_options.begin(), warning_options.end());
+  options.insert(options.end(), dump_options.begin(), dump_options.end());
   Silicon silicon(program, sources.name(), options, "atmega328p", tool);
   Proof out;
   out.notes = warnings_in(silicon.build().said());
+  const Widths widths = widths_of(silicon.folder(), silicon.build().said());
   const Sizes sizes = silicon.build().sizes();
   if (sizes.flash > flash_limit_bytes || sizes.ram > ram_limit_bytes) {
     out.causes.push_back(fmt::format("it does not fit on a robot: flash {} of {} bytes, static RAM {} of {}",
@@ -335,7 +331,9 @@ Proof prove_program(const ProgramSources& sources, const TurnLog& log) {
   for (const Difference& one : merged(std::move(found), silicon)) {
     const auto reason = reasons.find({one.robot, one.segment});
     std::string why = reason == reasons.end() ? wrapping_of(one, silicon) : reason->second;
-    if (why.empty()) why = fraction_in(program, one.place);
+    const std::string function = !one.function.empty() ? one.function : one.called == "L" ? "loop" : "";
+    if (const Otherwise* const other = why.empty() ? widths.near(function, one.place) : nullptr)
+      why = fmt::format("{} (line {})", other->what, other->place.substr(other->place.rfind(':') + 1));
     const bool harmless = one.kind == 'v' && one.seen_here.empty() && silicon.number(one.leaf).second == 'f';
     (harmless ? out.notes : out.causes).push_back(sentence(one, why, silicon));
   }

@@ -53,15 +53,16 @@ Reading RobotServices::noted(char letter, Reading reading) {
 void RobotServices::wait_us(std::uint32_t us, const void* from) {
   const bool prints = !from;  // on the serial line, with no call of the library
   if (prints)
-    turns().note('w');
+    turns().note('w', std::uint8_t{1});
   else
     turns().note('d', us);
-  if (turns().log_ && !prints) turns().log_memory();
+  if (turns().log_) turns().log_memory();
   turns().wait(us + us * turns().clocks_[Turns::index(turns().robot_)].late_us / tick_us, from);
   turns().note(prints ? 'W' : 'D');
 }
 void RobotServices::wait_for_tick(const void* from) {
-  turns().note('w');
+  turns().note('w', std::uint8_t{0});
+  if (turns().log_) turns().log_memory();
   turns().wait_for_tick(from);
   turns().note('W');
 }
@@ -99,7 +100,8 @@ void RobotServices::ended(const char* why, const void* from) {
   FaultGuard::leave(Fault::Kind::gave_up, why, from);
 }
 void RobotServices::busy_at(const void* from, int wakeable) {
-  turns().note('w');
+  turns().note('w', std::uint8_t{1});
+  if (turns().log_) turns().log_memory();
   turns().busy_at(from, wakeable != 0);
   turns().note('W');
 }

@@ -65,6 +65,10 @@ TEST_CASE("each cause of a difference is found, with its line and what it does t
       {"wrapped",
        1,
        {"late is 65436 on a robot and -100 here", "(wrapped.c:7)", "unsigned numbers of 16 bits wrap", "set_color("}},
+      {"compared",
+       1,
+       {"again is 1 on a robot and 0 here, set in light (compared.c:6)", "a negative number is compared", "(line 6)",
+        "set_color("}},
       {"fraction", 12, {"level is 7 on a robot and 8 here", "(fraction.c:8)", "fractions", "first seen at tick"}},
       {"index", 10, {"set_color(", "in hear (index.c:9)", "an index is beyond its array at line 9"}},
       {"memory", 12, {"static memory, heap and stack are more than a robot's 2048 bytes"}},
@@ -80,6 +84,8 @@ TEST_CASE("each cause of a difference is found, with its line and what it does t
     // a cause is told once, and hides no other
     CHECK_MESSAGE(proof.causes.size() <= 2, fmt::format("{}", fmt::join(proof.causes, "\n")));
   }
+  const sim_ode::Proof busy = proof_of(programs_folder() / "differs" / "busy.c", 6, 10);
+  CHECK_MESSAGE(busy.causes.empty(), fmt::format("{}", fmt::join(busy.causes, "\n")));
   // the same on both sides, and a warning
   const sim_ode::Proof sign = proof_of(programs_folder() / "differs" / "sign.c", 2, 5);
   CHECK(sign.causes.empty());
