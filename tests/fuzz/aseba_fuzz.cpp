@@ -38,6 +38,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(about.find(name) == variable);
     }
   }
+  for (const Message& message : reader.give_up()) bytes += encode(message).size();
   reader.cut();
   require(bytes + reader.damaged_bytes() == size);
   return 0;

@@ -52,12 +52,11 @@ void Nodes::serve(Line& line, TimePoint now) {
   if (line.state == ByteStream::State::open && before != ByteStream::State::open) opened(line, now);
   const std::span<const std::uint8_t> bytes = line.connection.stream->heard();
   const auto number = static_cast<std::size_t>(&line - lines_.data());
-  if (!bytes.empty()) {
-    line.read_at = now;
-    for (const Message& message : line.reader.read(bytes)) hear(number, message, now);
-  } else if (line.reader.waits() && now - line.read_at > rest_within) {
-    line.reader.cut();
-  }
+  // garbage that looks like a long message's beginning swallows those behind it for so long only
+  std::vector<Message> messages = line.reader.read(bytes);
+  if (messages.empty() && line.reader.waits() && now - line.read_at > rest_within) messages = line.reader.give_up();
+  if (!messages.empty() || !line.reader.waits()) line.read_at = now;
+  for (const Message& message : messages) hear(number, message, now);
   if (const std::uint64_t damaged = line.reader.damaged_bytes(); damaged > line.damaged) {
     counters_.add("aseba.damaged_bytes", damaged - std::exchange(line.damaged, damaged));
     if (!std::exchange(line.said_damaged, true))

@@ -82,6 +82,16 @@ void MessageReader::cut() {
   held_.clear();
 }
 
+std::vector<Message> MessageReader::give_up() {
+  std::vector<Message> out;
+  while (out.empty() && waits()) {
+    ++damaged_bytes_;
+    held_.erase(held_.begin());
+    out = read({});
+  }
+  return out;
+}
+
 bool Description::take(const Message& message) {
   const bool good = message.type == description ? begin(message.payload) : add(message.payload);
   if (!good) *this = {};

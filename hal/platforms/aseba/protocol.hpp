@@ -60,8 +60,10 @@ class MessageReader {
   std::vector<Message> read(std::span<const std::uint8_t> bytes);
   // The beginning of a message waits for the rest.
   bool waits() const { return !held_.empty(); }
-  // The rest does not come, or the line was cut: what is held belongs to nothing.
+  // The line was cut: what is held belongs to nothing.
   void cut();
+  // The rest does not come: what looked like a beginning is none. The messages that were taken for its inside.
+  std::vector<Message> give_up();
   // Bytes that belonged to no message.
   std::uint64_t damaged_bytes() const { return damaged_bytes_; }
 

@@ -69,6 +69,12 @@ TEST_CASE("aseba: damage is skipped and counted") {
   CHECK(reader.waits());
   reader.cut();
   CHECK(reader.read(bytes_of(said)) == said);
+  // what was swallowed by something that began as a long message is found in it
+  const std::vector<std::uint8_t> long_one{0x00, 0x04, 1, 0, 7, 0};
+  CHECK(reader.read(long_one).empty());
+  CHECK(reader.read(bytes_of(said)).empty());
+  CHECK(reader.give_up() == said);
+  CHECK_FALSE(reader.waits());
 }
 
 TEST_CASE("aseba: descriptions") {
