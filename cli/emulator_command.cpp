@@ -1,5 +1,5 @@
-// `arkmesh emulator`: a testbed of simulated Kilobots behind cameras and an overhead controller, for everything that
-// wants hardware.
+// `arkmesh emulator`: a testbed of simulated robots behind cameras and an overhead controller or nodes, for everything
+// that wants hardware.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -60,8 +60,11 @@ void run_live(emulator::Emulator& emulator, emulator::EmulatorRecord& record, do
   for (std::size_t k = 0; k < emulator.cameras(); ++k)
     fmt::print("camera {}: {}\n", emulator.camera(k).settings().name, server.url(k));
   const std::string link = emulator.config().ohc_link.empty() ? "" : " (" + emulator.config().ohc_link + ")";
-  fmt::print("overhead controller: tcp://{}:{} or {}{}\n", emulator.config().listen, server.ohc_port(),
-             server.terminal(), link);
+  if (emulator.nodes())
+    fmt::print("nodes: tcp:{}:{}\n", emulator.config().listen, server.nodes_port());
+  else
+    fmt::print("overhead controller: tcp://{}:{} or {}{}\n", emulator.config().listen, server.ohc_port(),
+               server.terminal(), link);
   fmt::print("commands: {}:{} (lines of text; `help` lists them)\n", emulator.config().listen, server.control_port());
   std::fflush(stdout);
   server.listen([&server] {

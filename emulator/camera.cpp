@@ -6,11 +6,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include "hal/platforms/kilobot/body.hpp"
+#include "tracker/detect/marker_finder.hpp"
 
 namespace arkmesh::emulator {
 namespace {
 
-constexpr double radius_m = hal::kilobot::body_radius_m;
+constexpr double kilobot_m = hal::kilobot::body_radius_m;
 constexpr double cell_above_board_m = 0.007;
 // Tables over squared distances, in radii: what lies beyond is nothing.
 constexpr double light_reach = 1.5, ground_reach = 2.2, shade_reach = 1.9;
@@ -69,10 +70,14 @@ Camera::Camera(const CameraSettings& settings, const Scene& scene)
   model_ = first_model_ = make_model(pose_);
   const auto middle = model_.project_near(settings.pose.look_x_m, settings.pose.look_y_m, scene.robot_height_m);
   if (!middle) throw std::invalid_argument("does not see the arena");
-  radius_px_ = radius_m * std::sqrt(std::abs(middle->xx * middle->yy - middle->xy * middle->yx));
+  radius_px_ = scene.body_radius_m * std::sqrt(std::abs(middle->xx * middle->yy - middle->xy * middle->yx));
   if (radius_px_ < 2 || radius_px_ > 200)
     throw std::invalid_argument("shows robots of less than 4 or more than 400 pixels; change its height or focal_px");
-  for (int kind = 0; kind < robot_kinds; ++kind)
+  constexpr int pixels_a_square = 16;
+  for (const hal::RobotId robot : scene.markers)
+    markers_.push_back(tracker::marker_picture(scene.marker_family, static_cast<int>(robot), pixels_a_square));
+  marker_squares_ = tracker::MarkerFinder::squares(scene.marker_family);
+  for (int kind = 0; kind < robot_kinds && markers_.empty(); ++kind)
     looks_.push_back(make_robot_look(kind, radius_px_, settings.blur_px, scene.cell_radius));
 
   // the core is far too bright for the picture, so that it is white whatever its colour; the halo shows the colour
@@ -122,8 +127,14 @@ void Camera::picture(std::span<const sim_ode::SimulatedArena::Seen> robots, std:
   for (const sim_ode::SimulatedArena::Seen& robot : robots)
     if (robot.in_arena) add_shadow(robot, out);
   for (std::size_t i = 0; i < robots.size(); ++i)
-    if (robots[i].in_arena) add_body(robots[i], look_of(i), out), add_glare(robots[i], i, out);
-  for (std::size_t i = 0; i < robots.size(); ++i)
+    if (robots[i].in_arena) {
+      if (markers_.empty())
+        add_body(robots[i], look_of(i), out);
+      else
+        add_marked_body(robots[i], out), add_marker(robots[i], markers_[i], out);
+      add_glare(robots[i], i, out);
+    }
+  for (std::size_t i = 0; i < robots.size() && markers_.empty(); ++i)
     if (robots[i].in_arena && robots[i].red + robots[i].green + robots[i].blue > 0) add_led(robots[i], look_of(i), out);
   for (const Hand& hand : hands) add_hand(hand, out);
   add_noise(number, out);
@@ -142,11 +153,11 @@ double Camera::gain(const sim_ode::SimulatedArena::Seen& robot, const LocalMap& 
 
 // Right under the robot, and falling away from the lamp.
 void Camera::add_shadow(const sim_ode::SimulatedArena::Seen& robot, cv::Mat& out) const {
-  const double reach_m = (shade_reach + 0.4) * radius_m;
+  const double radius_m = scene_.body_radius_m, reach_m = (shade_reach + 0.4) * radius_m;
   const auto at = model_.project_near(robot.pose.x_m, robot.pose.y_m, 0);
   if (!at) return;
   const Patch patch(*at, reach_m, out);
-  constexpr auto steps = static_cast<float>(table_steps / (shade_reach * shade_reach * radius_m * radius_m));
+  const auto steps = static_cast<float>(table_steps / (shade_reach * shade_reach * radius_m * radius_m));
   const auto off_x = static_cast<float>(-0.4 * radius_m * std::cos(scene_.light_from_rad)),
              off_y = static_cast<float>(-0.4 * radius_m * std::sin(scene_.light_from_rad));
   const auto depth = static_cast<float>(scene_.shadow);
@@ -193,9 +204,9 @@ void Camera::add_body(const sim_ode::SimulatedArena::Seen& robot, const RobotLoo
     const auto at = model_.project_near(robot.pose.x_m, robot.pose.y_m, height_m);
     if (!at) continue;
     const float lit = texture == &look.board ? light : light * static_cast<float>(scene_.cell_brightness);
-    const Patch patch(*at, texture->half() * radius_m * (texture == &look.board ? 1 : 0.85), out);
+    const Patch patch(*at, texture->half() * kilobot_m * (texture == &look.board ? 1 : 0.85), out);
     // pixels to robot frame, in radii
-    constexpr auto per_radius = static_cast<float>(1 / radius_m);
+    constexpr auto per_radius = static_cast<float>(1 / kilobot_m);
     const auto fc = static_cast<float>(c) * per_radius, fs = static_cast<float>(s) * per_radius;
     const float ahead_u = fc * patch.xx + fs * patch.yx, ahead_v = fc * patch.xy + fs * patch.yy;
     const float left_u = fc * patch.yx - fs * patch.xx, left_v = fc * patch.yy - fs * patch.xy;
@@ -220,12 +231,15 @@ void Camera::add_body(const sim_ode::SimulatedArena::Seen& robot, const RobotLoo
 void Camera::add_glare(const sim_ode::SimulatedArena::Seen& robot, std::size_t number, cv::Mat& out) const {
   const bool dark = robot.red + robot.green + robot.blue <= 0;
   if (scene_.glare <= 0 && (scene_.domes <= 0 || !dark)) return;
-  const auto at = model_.project_near(robot.pose.x_m, robot.pose.y_m, scene_.robot_height_m + cell_above_board_m);
+  const double radius_m = scene_.body_radius_m,
+               top_m = scene_.robot_height_m + (markers_.empty() ? cell_above_board_m : 0);
+  const auto at = model_.project_near(robot.pose.x_m, robot.pose.y_m, top_m);
   if (!at) return;
   hal::RandomStream chance(scene_.seed, "room/glare", number);
   const double arc_r = std::clamp(0.67 + 0.1 * chance.normal(), 0.45, 0.92),
                arc_rad = scene_.light_from_rad + 0.25 * chance.normal(), strength = chance.uniform(0.5, 1.3),
-               led_rad = robot.pose.heading_rad + robot.led_bearing_rad, led_r = look_of(number).led_radius;
+               led_rad = robot.pose.heading_rad + robot.led_bearing_rad,
+               led_r = markers_.empty() ? look_of(number).led_radius : 0.9;
   const double led_x = led_r * std::cos(led_rad), led_y = led_r * std::sin(led_rad),
                dome = dark ? 230 * scene_.domes * strength : 0;
   const Patch patch(*at, 1.1 * radius_m, out);
@@ -243,7 +257,7 @@ void Camera::add_glare(const sim_ode::SimulatedArena::Seen& robot, std::size_t n
 }
 
 void Camera::add_led(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const {
-  const double angle = robot.pose.heading_rad + robot.led_bearing_rad, far_m = look.led_radius * radius_m;
+  const double angle = robot.pose.heading_rad + robot.led_bearing_rad, far_m = look.led_radius * kilobot_m;
   const double led_x = robot.pose.x_m + far_m * std::cos(angle), led_y = robot.pose.y_m + far_m * std::sin(angle);
   const float strongest = std::max({robot.blue, robot.green, robot.red});
   const auto light = static_cast<float>(settings_.brightness);
@@ -255,8 +269,8 @@ void Camera::add_led(const sim_ode::SimulatedArena::Seen& robot, const RobotLook
     if (!at) continue;
     const double reach = ground ? ground_reach : light_reach;
     const std::vector<float>& table = ground ? ground_light_ : light_;
-    const Patch patch(*at, reach * radius_m, out);
-    const auto steps = static_cast<float>(table_steps / (reach * reach * radius_m * radius_m));
+    const Patch patch(*at, reach * kilobot_m, out);
+    const auto steps = static_cast<float>(table_steps / (reach * reach * kilobot_m * kilobot_m));
     // a camera's colour filters leak: the brighter, the whiter
     const float leak = 0.14F;
     const float blue = light * (robot.blue + leak * (strongest - robot.blue)),

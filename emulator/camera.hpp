@@ -71,6 +71,8 @@ class Camera {
   void draw_table();
   void add_shadow(const sim_ode::SimulatedArena::Seen& robot, cv::Mat& out) const;
   void add_body(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const;
+  void add_marked_body(const sim_ode::SimulatedArena::Seen& robot, cv::Mat& out) const;
+  void add_marker(const sim_ode::SimulatedArena::Seen& robot, const cv::Mat& marker, cv::Mat& out) const;
   void add_glare(const sim_ode::SimulatedArena::Seen& robot, std::size_t number, cv::Mat& out) const;
   void add_led(const sim_ode::SimulatedArena::Seen& robot, const RobotLook& look, cv::Mat& out) const;
   void add_hand(const Hand& hand, cv::Mat& out) const;
@@ -84,6 +86,8 @@ class Camera {
   double radius_px_ = 0;  // of a robot in the arena's middle
   cv::Mat table_;
   std::vector<RobotLook> looks_;
+  std::vector<cv::Mat> markers_;  // by robot, with a white border; empty: Kilobots
+  int marker_squares_ = 0;        // a side of one has, without the border
   std::vector<float> light_, ground_light_,
       shade_;  // by squared distance: an LED's light in the air and on the arena, a robot's shadow
   std::vector<std::int8_t> noise_;

@@ -153,6 +153,11 @@ class EmulatedArena final : public hal::Arena, public hal::FaultPort {
   EmulatedArena(hal::Config config, const hal::Section& arena, const hal::ArenaRequest& request,
                 testbed::Observer observer, std::unique_ptr<tracker::NameKeeper> names)
       : config_(std::move(config)), emulator_(config_.root()), eyes_(emulator_), time_(emulator_, eyes_) {
+    if (emulator_.nodes())
+      config_.root().section("arena").section("ode").refuse(
+          "robot",
+          "must be \"kilobot\" for arena.use = \"emulated\"; for others start `arkmesh emulator`, and take arena.use = "
+          "\"aseba\"");
     config_.refuse_unknown();
     const testbed::KilobotSettings settings = testbed::read_kilobot_settings(arena, request.lab, emulator_.cameras());
     if (!observer) observer = testbed::make_viewers(settings, request);

@@ -7,6 +7,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim_ode/settings.hpp"
+#include "tracker/detect/marker_finder.hpp"
+
 namespace arkmesh::emulator {
 namespace {
 
@@ -28,8 +31,25 @@ std::vector<std::uint16_t> make_ids(EmulatorConfig::Ids ids, int robots, std::ui
 Emulator::Emulator(const hal::Section& root) : config_(read_emulator_config(root)), serial_(config_.seed) {
   const hal::Section arena = root.section("arena");
   const auto robots = arena.get("robots", 1, {.range = {0, 100'000}});
-  arena_ = sim_ode::make_simulated_arena(arena, "room", config_.seed,
-                                         {.overhead = &serial_, .ids = make_ids(config_.ids, robots, config_.seed)});
+  sim_ode::SimulatedArenaOptions options;
+  const bool by_marker = arena.section("ode").read<sim_ode::RobotKey>().robot != sim_ode::Robot::kilobot;
+  if (!by_marker) options = {.overhead = &serial_, .ids = make_ids(config_.ids, robots, config_.seed)};
+  arena_ = sim_ode::make_simulated_arena(arena, "room", config_.seed, options);
+  const hal::ArenaInfo& info = arena_->info();
+  const hal::RobotKind& robot = info;  // whose height is not the arena's
+  Scene& scene = config_.scene;
+  scene.body_radius_m = info.body_radius_m;
+  scene.robot_height_m = std::isnan(scene.stated_height_m) ? robot.height_m : scene.stated_height_m;
+  if (by_marker) {
+    scene.markers = info.robots;
+    nodes_.emplace(*arena_);
+    const int numbers = tracker::MarkerFinder::numbers(scene.marker_family);
+    if (!info.robots.empty() && static_cast<int>(info.robots.back()) >= numbers)
+      root.section("emulator")
+          .section("scene")
+          .refuse("markers", fmt::format("has the numbers 0 to {}, but robot {} has none of them", numbers - 1,
+                                         info.robots.back()));
+  }
   for (const CameraSettings& settings : config_.cameras) {
     try {
       eyes_.push_back({.camera = std::make_unique<Camera>(settings, config_.scene)});
@@ -49,7 +69,13 @@ void Emulator::advance_to(hal::LabTime t) {
     hal::LabTime next = t;
     if (next_event_ < config_.events.size()) next = std::min(next, std::max(now(), config_.events[next_event_].at));
     for (const Lifted& lifted : lifted_) next = std::min(next, std::max(now(), lifted.until));
+    if (nodes_) next = std::min(next, now() + AsebaNodes::poll_each);
     arena_->advance_to(next);
+    if (nodes_) {
+      std::vector<hal::Led> leds;
+      for (const Truth& robot : truth()) leds.push_back(robot.led);
+      nodes_->poll(leds);
+    }
     put_down();
     while (next_event_ < config_.events.size() && config_.events[next_event_].at <= now()) {
       const EmulatorConfig::Event& event = config_.events[next_event_++];
@@ -134,6 +160,7 @@ hal::Counters Emulator::counters() const {
   for (const hal::Counters* part : {&serial_.counters(), &serial_.device().counters(), &arena_->counters()})
     for (const auto& [name, total] : part->all())
       if (!name.starts_with("poses.")) out.add(name, total);
+  if (nodes_) out.merge(nodes_->counters());
   std::uint64_t pages = 0;
   for (int i = 0; i < robots(); ++i) pages += arena_->pages_written(i);
   out.set("robots.pages_written", pages);

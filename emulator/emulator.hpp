@@ -6,12 +6,14 @@
 #include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "emulator/aseba_nodes.hpp"
 #include "emulator/camera.hpp"
 #include "emulator/emulator_config.hpp"
 #include "emulator/ohc_serial_port.hpp"
@@ -37,6 +39,8 @@ class Emulator {
   // Hears each message that the overhead controller sent, with its times since the emulator began.
   void listen(std::function<void(const sim_ode::Transmission&)> listener) { serial_.listen(std::move(listener)); }
   bool ohc_plugged() const { return serial_.plugged(); }
+  // What robots with nodes have in place of a controller; others: none.
+  AsebaNodes* nodes() { return nodes_ ? &*nodes_ : nullptr; }
 
   // What that camera sees now; false: it is gone.
   std::size_t cameras() const { return eyes_.size(); }
@@ -79,6 +83,7 @@ class Emulator {
   };
 
   std::string camera_command(std::string_view name, const std::vector<std::string_view>& words);
+  std::string nodes_command(const std::vector<std::string_view>& words);
   std::string ohc_command(const std::vector<std::string_view>& words);
   std::optional<int> robot_of(std::string_view word) const;
   std::string robot_command(const std::vector<std::string_view>& words);
@@ -92,6 +97,7 @@ class Emulator {
   EmulatorConfig config_;
   OhcSerialPort serial_;
   std::unique_ptr<sim_ode::SimulatedArena> arena_;
+  std::optional<AsebaNodes> nodes_;
   std::vector<Eye> eyes_;
   std::size_t next_event_ = 0;
   std::vector<Lifted> lifted_;

@@ -48,7 +48,7 @@ std::string unknown(std::string_view what) {
 
 std::string_view Emulator::help_text() {
   return "camera NAME ok|frozen|gone|dark; camera NAME move DX_M DY_M [TURN_DEG]; ohc unplug|plug; ohc garbage BYTES; "
-         "ohc noise SHARE; ohc stall SECONDS; "
+         "ohc noise SHARE; ohc stall SECONDS; nodes cut; nodes garbage BYTES; nodes stall SECONDS; "
          "say run|pause|reset|sleep|voltage|charge|boot|stop; robot N take; robot N put X_M Y_M [HEADING_DEG]; robot "
          "N kill|revive; "
          "robot N cover SECONDS; robot id:ID ...; swap A B SECONDS; status; help";
@@ -60,7 +60,9 @@ std::string Emulator::command(std::string_view line) {
   if (words[0] == "help") return std::string(help_text());
   if (words[0] == "status") return status();
   if (words[0] == "camera" && words.size() >= 3) return camera_command(words[1], words);
-  if (words[0] == "ohc" && words.size() >= 2) return ohc_command(words);
+  if (words[0] == "ohc" && words.size() >= 2)
+    return nodes_ ? "error: these robots have no overhead controller; `nodes` disturbs theirs" : ohc_command(words);
+  if (words[0] == "nodes" && words.size() >= 2) return nodes_command(words);
   if (words[0] == "robot" && words.size() >= 3) return robot_command(words);
   if (words[0] == "swap") return swap(words);
   if (words[0] == "say" && words.size() == 2) return say(words);
@@ -130,6 +132,25 @@ std::string Emulator::ohc_command(const std::vector<std::string_view>& words) {
   return "ok";
 }
 
+std::string Emulator::nodes_command(const std::vector<std::string_view>& words) {
+  if (!nodes_) return "error: Kilobots have no nodes; `ohc` disturbs their overhead controller";
+  if (words[1] == "cut") {
+    nodes_->cut();
+  } else if (words[1] == "garbage") {
+    constexpr int most = 1 << 20;
+    const auto bytes = whole(words.size() > 2 ? words[2] : "", most + 1);
+    if (!bytes) return fmt::format("error: `nodes garbage` needs a number of bytes, at most {}", most);
+    nodes_->garbage(static_cast<std::size_t>(*bytes), config_.seed);
+  } else if (words[1] == "stall") {
+    const auto seconds = number(words.size() > 2 ? words[2] : "");
+    if (!seconds || *seconds < 0 || *seconds > 3600) return "error: `nodes stall` needs seconds, at most 3600";
+    nodes_->stall(hal::LabTime{static_cast<std::int64_t>(*seconds * 1e6)});
+  } else {
+    return unknown(words[1]);
+  }
+  return "ok";
+}
+
 // By its number, or as "id:" and the id that it alone bears.
 std::optional<int> Emulator::robot_of(std::string_view word) const {
   if (!word.starts_with("id:")) return whole(word, robots());
@@ -170,6 +191,7 @@ std::string Emulator::robot_command(const std::vector<std::string_view>& words) 
   }
   if (words[2] != "kill" && words[2] != "revive") return unknown(words[2]);
   arena_->set_power(*robot, words[2] == "revive");
+  if (nodes_) nodes_->set_power(*robot, words[2] == "revive");
   return "ok";
 }
 
@@ -197,6 +219,7 @@ std::string Emulator::swap(const std::vector<std::string_view>& words) {
 
 // As a host would, on an emulated testbed without one: the message repeats until the next packet.
 std::string Emulator::say(const std::vector<std::string_view>& words) {
+  if (nodes_) return nodes_->say(words[1]) ? "ok" : unknown(words[1]);
   constexpr std::pair<std::string_view, std::uint8_t> types[] = {{"run", 0x88},   {"pause", 0x85},   {"reset", 0x83},
                                                                  {"sleep", 0x84}, {"voltage", 0x87}, {"charge", 0x86},
                                                                  {"boot", 0x80},  {"stop", 0}};
@@ -220,7 +243,7 @@ std::string Emulator::status() const {
                        : eye.dark   ? "dark"
                        : eye.frozen ? "frozen"
                                     : "ok");
-  out += fmt::format(" ohc={}", serial_.plugged() ? "plugged" : "unplugged");
+  if (!nodes_) out += fmt::format(" ohc={}", serial_.plugged() ? "plugged" : "unplugged");
   const hal::Counters totals = counters();
   for (const auto& [name, total] : totals.all()) out += fmt::format(" {}={}", name, total);
   return out;

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "hal/arenas/arena_config.hpp"
+#include "tracker/detect/marker_finder.hpp"
 
 namespace arkmesh::emulator {
 namespace {
@@ -78,7 +79,15 @@ void Scene::fields(const hal::Section& scene) {
   scene.field("glare", glare, {{0, 1}, "", "how strongly each robot mirrors the lamp, on the lamp's side"});
   scene.field("domes", domes, {{0, 1}, "", "how strongly unlit LEDs mirror the lamp"});
   scene.field("distractors", distractors, {.help = "paper, cables and the like around the arena, stickers in it"});
-  scene.field("robot_height_m", robot_height_m, {{0, 0.1}, "m", "of the upper side of robots' boards"});
+  scene.field("robot_height_m", stated_height_m,
+              {.range = {0, 0.3},
+               .unit = "m",
+               .help = "of Kilobots' boards, or of other robots' markers",
+               .default_is = "the robot's"});
+  scene.field(
+      "markers", marker_family,
+      {.help = "the family of the markers of robots that carry some", .one_of = tracker::MarkerFinder::families()});
+  scene.field("marker_m", marker_m, {{0.005, 1}, "m", "side of a marker's black square"});
 }
 
 void EmulatorConfig::Event::fields(const hal::Section& event) {
@@ -94,6 +103,7 @@ void EmulatorConfig::fields(const hal::Section& emulator) {
   emulator.field("listen", listen, {.help = "address of the ports"});
   emulator.field("camera_port", camera_port, {.help = "0: any free one"});
   emulator.field("ohc_port", ohc_port, {.help = "of the overhead controller"});
+  emulator.field("nodes_port", nodes_port, {.help = "of robots' Aseba nodes, as behind one asebaswitch"});
   emulator.field("control_port", control_port, {.help = "for commands"});
   std::filesystem::path link = ohc_link;
   emulator.field("ohc_link", link, {.help = "a symbolic link to the controller's terminal"});

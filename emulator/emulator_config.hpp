@@ -31,6 +31,7 @@ struct EmulatorConfig {
   std::string listen = "127.0.0.1";
   std::uint16_t camera_port = 8090;  // 0: any free one
   std::uint16_t ohc_port = 8091;
+  std::uint16_t nodes_port = 33333;
   std::uint16_t control_port = 8092;
   std::string ohc_link;  // a symbolic link to the pseudo-terminal, kept up to date; empty: none
   int jpeg_quality = 90;

@@ -23,22 +23,30 @@ EmulatorServer::EmulatorServer(hal::EventLoop& loop, Emulator& emulator, Emulato
       record_(record),
       start_(std::chrono::steady_clock::now()),
       pictures_(loop, emulator.config().listen, emulator.config().camera_port),
-      reader_(loop, emulator.config().listen, emulator.config().ohc_port, emulator.config().ohc_link,
-              [this](SerialReader::Chunk chunk) {
-                chunks_.push_back(std::move(chunk));
-                if (chunks_.size() == 1) write_bytes();
-              }),
       control_(loop, emulator.config().listen, emulator.config().control_port,
                "the emulator's commands (emulator.control_port)",
                [this](std::string_view line) {
                  advance_to(std::chrono::steady_clock::now());
                  const std::string said = emulator_.command(line);
                  follow_plug();
+                 serve_nodes();
                  return said;
                }),
       frame_due_(loop),
       line_full_(loop),
       picture_due_(loop) {
+  const EmulatorConfig& config = emulator.config();
+  if (emulator.nodes())
+    nodes_.emplace(loop, config.listen, config.nodes_port, [this](const hal::aseba::Message& message) {
+      advance_to(std::chrono::steady_clock::now());
+      emulator_.nodes()->take(message);
+      serve_nodes();
+    });
+  else
+    reader_.emplace(loop, config.listen, config.ohc_port, config.ohc_link, [this](SerialReader::Chunk chunk) {
+      chunks_.push_back(std::move(chunk));
+      if (chunks_.size() == 1) write_bytes();
+    });
   wait_for_frame();
 }
 
@@ -60,6 +68,13 @@ void EmulatorServer::advance_to(TimePoint moment) {
   }
   emulator_.advance_to(end);
   follow_plug();
+  serve_nodes();
+}
+
+void EmulatorServer::serve_nodes() {
+  if (!nodes_) return;
+  if (std::exchange(cuts_, emulator_.nodes()->cuts()) != emulator_.nodes()->cuts()) nodes_->cut();
+  nodes_->say(emulator_.nodes()->take_said());
 }
 
 // The emulator advances from chunk to chunk, so that each arrives at its own time.
@@ -70,7 +85,7 @@ void EmulatorServer::write_bytes() {
     std::vector<std::uint8_t>& bytes = chunks_.front().bytes;
     const std::size_t fits = std::min(emulator_.serial_free(), bytes.size());
     emulator_.write_serial({bytes.data(), fits});
-    reader_.done(fits);
+    reader_->done(fits);
     bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(fits));
     if (!bytes.empty()) break;
     chunks_.pop_front();
@@ -86,10 +101,10 @@ void EmulatorServer::write_bytes() {
 
 // What was on its way to an unplugged controller is lost.
 void EmulatorServer::follow_plug() {
-  if (plugged_ == emulator_.ohc_plugged()) return;
+  if (!reader_ || plugged_ == emulator_.ohc_plugged()) return;
   plugged_ = !plugged_;
-  reader_.set_plugged(plugged_);
-  for (const SerialReader::Chunk& chunk : chunks_) reader_.done(chunk.bytes.size());
+  reader_->set_plugged(plugged_);
+  for (const SerialReader::Chunk& chunk : chunks_) reader_->done(chunk.bytes.size());
   chunks_.clear();
   on_terminal_();
 }
@@ -151,6 +166,7 @@ hal::Counters EmulatorServer::counters() const {
   hal::Counters out = emulator_.counters();
   for (const hal::Counters* part : {&counters_, &pictures_.counters(), &control_.counters()})
     for (const auto& [name, total] : part->all()) out.add(name, total);
+  if (nodes_) out.merge(nodes_->counters());
   return out;
 }
 

@@ -3,7 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <opencv2/core.hpp>
+#include <string>
+#include <vector>
 
 #include "emulator/camera_model.hpp"
 #include "hal/config/config.hpp"
@@ -25,11 +28,15 @@ struct Scene {
   double glare = 0;                  // 0..1: the lamp, mirrored by each robot on the lamp's side
   double domes = 0;                  // 0..1: the lamp, mirrored by unlit LEDs
   bool distractors = false;          // paper, cables, a round board, a pen: around the arena, stickers in it
-  double robot_height_m = hal::kilobot::board_height_m;  // robots' boards above the arena; cells lie 7 mm higher
+  double robot_height_m = hal::kilobot::board_height_m;  // of what cameras look for; cells lie 7 mm higher
+  double body_radius_m = hal::kilobot::body_radius_m;
+  std::vector<hal::RobotId> markers;  // the numbers of the robots' markers; empty: robots look as Kilobots do
+  std::string marker_family = "apriltag_36h11";
+  double marker_m = 0.05;  // side of the black square
   std::uint64_t seed = 1;
 
   // Keys of [emulator.scene].
-  double light_from_deg = 126;
+  double light_from_deg = 126, stated_height_m = std::numeric_limits<double>::quiet_NaN();
   void fields(const hal::Section& scene);
 
   // 1 in the arena's middle.

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -124,6 +125,10 @@ class OdeArena final : public SimulatedArena {
     for (std::size_t i = 0; i < out.size(); ++i) {
       const auto robot = static_cast<int>(i);
       out[i].pose = world_.pose(robot, static_cast<double>(since_us) / tick_us);
+      const hal::Pose next = world_.pose(robot, static_cast<double>(since_us + tick_us) / tick_us);
+      const double share = static_cast<double>(exposure.count()) / tick_us;
+      out[i].moved = {share * (next.x_m - out[i].pose.x_m), share * (next.y_m - out[i].pose.y_m),
+                      share * std::remainder(next.heading_rad - out[i].pose.heading_rad, 2 * std::numbers::pi)};
       out[i].red = light_of_[i][0] / 3;
       out[i].green = light_of_[i][1] / 3;
       out[i].blue = light_of_[i][2] / 3;
@@ -327,8 +332,6 @@ std::unique_ptr<OdeArena> make(
     ode.refuse("infrared", "must be \"robot\" for emulated robots, whose controller sends light; remove it");
   if (!program.empty() && settings.robot != Robot::kilobot)
     ode.refuse("robot", "must be \"kilobot\" here: this procedure sets up Kilobots");
-  if (given.overhead && settings.robot != Robot::kilobot)
-    ode.refuse("robot", "must be \"kilobot\" for emulated robots, which cameras see by their LED; remove it");
   SimulatedArenaOptions options = given;
   std::vector<GroupSettings> groups = groups_of(ode, settings, config.robots);
   number_robots(ode, settings, groups, options.ids);

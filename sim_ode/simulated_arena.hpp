@@ -37,7 +37,8 @@ class SimulatedArena : public hal::Arena {
  public:
   // Robots are named by their number 0..robots-1 here, whatever ids they believe to have.
   struct Seen {
-    hal::Pose pose;
+    hal::Pose pose;                      // in the exposure's middle
+    hal::Pose moved;                     // by so much while it lasted
     float red = 0, green = 0, blue = 0;  // of the LED, 0..1, mean over the exposure
     bool in_arena = true;
     bool powered = true;
