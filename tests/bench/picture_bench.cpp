@@ -1,5 +1,6 @@
 // How well robots are found on pictures that were changed in many ways: a row each. A new detector for each picture, no
-// size given.
+// size given. `told`: of lit LEDs that are not called unknown, those with the right colour. `brier`, `of LED`: Brier
+// scores of the confidences of detections, and of colours.
 //   detect_in_pictures [part of "group: name"] [--dump FOLDER, pictures with what is wrong drawn on them]
 #include <fmt/format.h>
 
@@ -62,8 +63,8 @@ int main(int count, char** words) {
       wanted = words[i];
   }
   const std::vector<tests::Scene> real = tests::real_scenes();
-  fmt::print("{:44} {:>6} {:>6} {:>6} {:>6} {:>7} {:>6} {:>6} {:>8}\n", "change", "robots", "false", "prec", "recall",
-             "centre", "colour", "lit", "heading");
+  fmt::print("{:44} {:>6} {:>6} {:>6} {:>6} {:>7} {:>6} {:>6} {:>8} {:>6} {:>7} {:>6} {:>6}\n", "change", "robots",
+             "false", "prec", "recall", "centre", "colour", "lit", "heading", "told", "unknown", "brier", "of LED");
   for (const tests::PictureSeries& row : tests::picture_series(real)) {
     const std::string name = row.group + ": " + row.name;
     if (name.find(wanted) == std::string::npos) continue;
@@ -80,9 +81,13 @@ int main(int count, char** words) {
       }
     }
     const tests::Score sum = tests::total(all);
-    fmt::print("{:44} {:>6} {:>6} {:>6.3f} {:>6.3f} {:>7.2f} {:>6.3f} {:>6.3f} {:>8.2f}\n", name, sum.robots,
-               sum.detections - sum.matched, sum.precision(), sum.recall(), sum.centre_error_px, sum.colours(),
-               sum.leds_lit ? static_cast<double>(sum.leds_found) / sum.leds_lit : 1.0, sum.heading_error_deg);
+    const auto part = [](int of, int all) { return all > 0 ? static_cast<double>(of) / all : 1.0; };
+    fmt::print(
+        "{:44} {:>6} {:>6} {:>6.3f} {:>6.3f} {:>7.2f} {:>6.3f} {:>6.3f} {:>8.2f} {:>6.3f} {:>7.3f} {:>6.3f} {:>6.3f}\n",
+        name, sum.robots, sum.detections - sum.matched, sum.precision(), sum.recall(), sum.centre_error_px,
+        sum.colours(), part(sum.leds_found, sum.leds_lit), sum.heading_error_deg,
+        part(sum.leds_right, sum.leds_lit - sum.leds_unknown),
+        sum.leds_lit > 0 ? part(sum.leds_unknown, sum.leds_lit) : 0, sum.brier(), sum.brier_of_colours());
     std::fflush(stdout);
   }
 }

@@ -88,16 +88,21 @@ Score score(const std::vector<tracker::Detection>& found, const std::vector<True
     ++result.matched;
     result.centre_error_px += far;
     result.radius_error_px += std::abs(seen.r_px - robot.r_px);
-    if (seen.led == robot.led) ++result.colours_right;
+    const bool right = seen.led == robot.led, unknown = seen.led == hal::Led::unknown;
+    result.colours_right += right;
+    if (!unknown) ++result.colours_told, result.off_colours += std::pow(seen.led_confidence - right, 2);
     if (robot.led == hal::Led::off) continue;
     ++result.leds_lit;
-    if (seen.led == hal::Led::off) continue;
+    result.leds_unknown += unknown, result.leds_right += right;
+    if (seen.led == hal::Led::off || unknown) continue;
     ++result.leds_found;
     const double truth = std::atan2(robot.led_y_px - robot.y_px, robot.led_x_px - robot.x_px);
     const double measured = std::atan2(seen.led_y_px - seen.y_px, seen.led_x_px - seen.x_px);
     result.heading_errors_deg.push_back(std::abs(std::remainder(measured - truth, 6.283185307179586)) *
                                         57.29577951308232);
   }
+  for (std::size_t i = 0; i < found.size(); ++i)
+    result.off_confidences += std::pow(found[i].confidence - (result.robot_of[i] >= 0), 2);
   if (result.matched) result.centre_error_px /= result.matched, result.radius_error_px /= result.matched;
   std::sort(result.heading_errors_deg.begin(), result.heading_errors_deg.end());
   if (!result.heading_errors_deg.empty())
@@ -124,6 +129,8 @@ Score total(const std::vector<Score>& scores) {
   for (const Score& one : scores) {
     sum.robots += one.robots, sum.detections += one.detections, sum.matched += one.matched;
     sum.colours_right += one.colours_right, sum.leds_lit += one.leds_lit, sum.leds_found += one.leds_found;
+    sum.leds_unknown += one.leds_unknown, sum.leds_right += one.leds_right, sum.colours_told += one.colours_told;
+    sum.off_confidences += one.off_confidences, sum.off_colours += one.off_colours;
     sum.centre_error_px += one.centre_error_px * one.matched, sum.radius_error_px += one.radius_error_px * one.matched;
     sum.heading_errors_deg.insert(sum.heading_errors_deg.end(), one.heading_errors_deg.begin(),
                                   one.heading_errors_deg.end());

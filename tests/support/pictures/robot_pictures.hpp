@@ -36,6 +36,10 @@ Scene with_diameter(const Scene& scene, double diameter_px);
 struct Score {
   int robots = 0, detections = 0, matched = 0;
   int colours_right = 0, leds_lit = 0, leds_found = 0;
+  int leds_unknown = 0, leds_right = 0;  // of the lit ones
+  double off_confidences = 0;            // squared differences of confidences from the truth, 1 or 0, summed
+  double off_colours = 0;                // the same of colours that are told, of matched robots
+  int colours_told = 0;
   double centre_error_px = 0, radius_error_px = 0;  // means over the matched
   double heading_error_deg = 0;                     // median over robots whose LED is lit and was found
   std::vector<double> heading_errors_deg;
@@ -44,6 +48,9 @@ struct Score {
   double precision() const { return detections ? static_cast<double>(matched) / detections : 1.0; }
   double recall() const { return robots ? static_cast<double>(matched) / robots : 1.0; }
   double colours() const { return matched ? static_cast<double>(colours_right) / matched : 1.0; }
+  // Brier scores: 0 is best, 0.25 what a constant confidence of one half has.
+  double brier() const { return detections ? off_confidences / detections : 0.0; }
+  double brier_of_colours() const { return colours_told ? off_colours / colours_told : 0.0; }
 };
 Score score(const std::vector<tracker::Detection>& found, const std::vector<TrueRobot>& robots);
 // Without detections of what is not asked for.
