@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "tracker/detect/led_colour.hpp"
+#include "tracker/detect/led_neighbours.hpp"
 
 namespace arkmesh::tracker {
 namespace {
@@ -21,6 +22,10 @@ constexpr double cold_bonus = 0.12, lit = 0.98;  // least brightness of a spot t
 // Most that a coin cell lets guess of white. Chosen on real pictures with glare painted on: with 255, more than a
 // quarter of their lit LEDs stay off, because the mean of a lit spot is darker than its brightest pixel.
 constexpr double most_white = 190;
+// Metal and coin cells that mirror a lamp are warm and pale, and seldom outshine a white table by much: chosen on
+// rendered rooms.
+constexpr double palest_warm = 0.4, surely_lit = 0.55;
+constexpr double smallest_r_px = 10;  // below it halos are as pale; chosen on the real pictures with noise
 
 struct RingDirections {
   std::array<float, directions> x{}, y{};
@@ -232,6 +237,11 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
     x += static_cast<double>(core_x / core_weight);
     y += static_cast<double>(core_y / core_weight);
   }
+  // so light is no LED's if it is pale and warm, and either weak or where no LED is
+  if (r_px > smallest_r_px && (colour.led == hal::Led::red || colour.led == hal::Led::yellow) &&
+      saturation < palest_warm &&
+      (sure < surely_lit || std::hypot(x - board.x_px, y - board.y_px) < nearest_led * r_px))
+    return {hal::Led::unknown, 0, 0, 0, none, none, spot.primary, spot.primary_confidence};
   spot.x_px = x, spot.y_px = y;
   return spot;
 }
