@@ -446,6 +446,14 @@ test("a command was only said; what comes of it is told from statuses that are n
   assert.equal(order_words({ name: "arm", refused: "no", statuses: 0, took: false }, lab), "arm was refused: no");
 });
 
+test("of a recorded run that has begun the panel does not say that it is starting", () => {
+  const lab = new Lab(0, "shark");
+  lab.absorb("status", status({ stamp_us: 0, phase: 0, state: "starting", speed: 0 }), 0);
+  assert.equal(lab_words(lab, true).says, "at 0:00.0: starting");
+  lab.absorb("shared", { ...shared(0), stamp_us: 300_000_000, period: 150 }, 300_000_000);
+  assert.deepEqual([lab_words(lab, true).says, lab_words(lab, true).speed], ["", ""]);
+});
+
 test("the gate is told from phase and outcome, not from sentences", () => {
   assert.equal(gate_words(status({ phase: 1, state: "waiting for roark: link down" })), "◔ waiting for roark: link down");
   assert.match(gate_words(status({ state: "anything" })), /^▶ running$/);

@@ -35,12 +35,13 @@ export function lab_words(lab, recorded) {
   const period = recorded ? lab.shared?.period : s?.period;
   const said_at = s ? time_words(s.stamp_us) : "";
   const plain = s && own_words(s) === "running";
+  const old = recorded && s && word(s, "phase") === "starting" && lab.t_us > s.stamp_us; // it has begun since, and said no more
   return {
     time: time_words(lab.t_us),
     period: (s && s.last_period === 0) || period === undefined ? "" : `${period}${s ? ` of ${s.last_period}` : ""}`,
-    speed: s ? `${rate_words(s.speed)}×` : "",
+    speed: s && !old ? `${rate_words(s.speed)}×` : "",
     arena: arena ? `${arena.width_m} × ${arena.height_m} m, ${arena.platform}, ${lab.robots.length} of ${counted(arena.robots, "robot")}` : "",
-    says: recorded ? (s && !plain ? `at ${said_at}: ${own_words(s)}` : "") : s ? gate_words(s) + (plain || keeper(s) || word(s, "phase") !== "going_on" ? "" : `; ${own_words(s)}`)
+    says: recorded ? (s && !plain && !old ? `at ${said_at}: ${own_words(s)}` : "") : s ? gate_words(s) + (plain || keeper(s) || word(s, "phase") !== "going_on" ? "" : `; ${own_words(s)}`)
       : lab.newest.has("status") ? "its status cannot be read" : "nothing heard yet",
     attention: Boolean(s && needs_attention(s)),
   };

@@ -11,6 +11,8 @@ const points_most = 4000;
 const strokes = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 const dashes = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
 const height_px = 170;
+/** Between ticks of whole numbers. */
+const whole_steps = Array.from({ length: 13 }, (_, i) => [1, 2, 5].map((n) => n * 10 ** i)).flat();
 /** Curves that are drawn at once. */
 const curves_most = 6;
 
@@ -154,7 +156,7 @@ export class CountsPanel {
     this.plot = new uPlot({
       ...this.size(), cursor: { drag: { x: false, y: false } }, legend: { live: true },
       scales: { x: { time: false } },
-      axes: [{ ...axis, label: "lab time, s", labelSize: 16, size: 28 }, { ...axis, size: 40 }],
+      axes: [{ ...axis, label: "lab time, s", labelSize: 16, size: 28 }, { ...axis, size: 40, ...(list.every((s) => s.y.every(Number.isInteger)) && { incrs: whole_steps }) }],
       series: [{ label: "s" }, ...list.map((s, i) => ({
         label: s.name, stroke: strokes[i % strokes.length], dash: dashes[Math.floor(i / strokes.length + i) % dashes.length], width: 2, spanGaps: true, points: { show: false },
         paths: uPlot.paths.stepped?.({ align: 1 }),
