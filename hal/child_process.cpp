@@ -12,8 +12,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -111,6 +113,12 @@ std::optional<ChildProcess::End> ChildProcess::look(bool at_once) const {
   } while (failed != 0 && errno == EINTR);
   if (failed == 0 && how.si_pid == 0) return {};
   return how.si_code == CLD_EXITED ? End{how.si_status, 0} : End{128 + how.si_status, how.si_status};
+}
+
+std::chrono::nanoseconds ChildProcess::run_delay() const {
+  std::int64_t ran = 0, delayed = 0;
+  std::ifstream(fmt::format("/proc/{}/schedstat", id_)) >> ran >> delayed;
+  return std::chrono::nanoseconds(delayed);
 }
 
 bool ChildProcess::read(std::string& text) {

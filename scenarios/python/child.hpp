@@ -34,6 +34,8 @@ class Child {
   // What it has printed since the last call. After max_output bytes the rest is dropped and counted.
   std::string take_output();
   std::uint64_t dropped_output() const { return dropped_; }
+  // As ChildProcess.
+  std::chrono::nanoseconds run_delay() const { return process_.run_delay(); }
   // Makes it print where it is (SIGUSR1), if it can still hear that.
   void ask_where();
 

@@ -67,7 +67,9 @@ bool is_python(const std::string& scenario) {
 
 std::chrono::microseconds answer_time(const hal::Section& scenarios) {
   return scenarios.get("answer_s", std::chrono::microseconds(10'000'000),
-                       {.range = {0.1, 3600}, .unit = "s", .help = "how long a scenario in Python may take to answer"});
+                       {.range = {0.1, 3600},
+                        .unit = "s",
+                        .help = "how long a scenario in Python may take to answer, without its waits for a processor"});
 }
 
 std::vector<hal::KeyRow> settings_of(const fs::path& file) {
@@ -149,13 +151,13 @@ void PythonScenario::start(const hal::Section& root, const lab::RunConfig& run, 
   if (words_per_s) facts["words_per_s"] = *words_per_s;
   child_->send('S', facts.dump());
   open_answers_ = 1;
-  asked_ = Clock::now();
+  begin_to_wait();
   for (;;) {
     std::optional<Message> message;
     try {
       // a signal that the lab acts on later ends the wait
-      for (auto left = patience_; !message && left.count() > 0;
-           left = std::chrono::ceil<std::chrono::microseconds>(asked_ + patience_ - Clock::now()))
+      for (std::chrono::nanoseconds left = patience_ - waited(); !message && left.count() > 0;
+           left = patience_ - waited())
         message = child_->receive(std::chrono::ceil<std::chrono::milliseconds>(left));
     } catch (const std::exception& error) {
       // Python itself, which could not begin
@@ -214,7 +216,7 @@ void PythonScenario::on_period(lab::Lab& lab) {
 
 // Where the arena keeps real time, takes the answer if it comes soon.
 void PythonScenario::ask(lab::Lab& lab, char kind, const std::string& content) {
-  if (open_answers_++ == 0) asked_ = Clock::now();
+  if (open_answers_++ == 0) begin_to_wait();
   child_->send(kind, content);
   if (!can_wait_) collect(lab, real_time_wait);
 }
@@ -230,7 +232,7 @@ void PythonScenario::collect(lab::Lab& lab, std::chrono::milliseconds wait) {
     const auto answer = next_answer(wait);
     if (!answer) return;
     --open_answers_;
-    asked_ = Clock::now();
+    begin_to_wait();
     take(lab, *answer);
   }
 }
@@ -244,17 +246,27 @@ std::optional<std::string> PythonScenario::next_answer(std::chrono::milliseconds
     throw std::runtime_error(fmt::format("{} {}", file_.filename().string(), error.what()));
   }
   write_output();
-  if (!message && Clock::now() - asked_ >= patience_) fail_silent();
+  if (!message && waited() >= patience_) fail_silent();
   if (!message) return std::nullopt;
   if (message->kind == 'E') throw std::runtime_error(message->content);
   return std::move(message->content);
 }
 
+void PythonScenario::begin_to_wait() {
+  asked_ = Clock::now();
+  delayed_ = child_->run_delay();
+}
+
+std::chrono::nanoseconds PythonScenario::waited() const {
+  return Clock::now() - asked_ - (child_->run_delay() - delayed_);
+}
+
 // Where it hangs stands in what it prints then, innermost first.
 void PythonScenario::fail_silent() {
   child_->ask_where();
+  begin_to_wait();
   std::string printed;
-  for (int i = 0; i < 10 && printed.find(" in ") == std::string::npos; ++i) {
+  while (waited() < 500ms && printed.find(" in ") == std::string::npos) {
     bool is_there = true;  // a notebook that gives up closes its line before the word from it has come
     try {
       child_->receive(50ms);

@@ -2,6 +2,7 @@
 #include "hal/child_process.hpp"
 
 #include <doctest/doctest.h>
+#include <sched.h>
 #include <stdlib.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -47,6 +48,28 @@ TEST_CASE("after its limit a program is killed with all that it started") {
   CHECK(std::chrono::steady_clock::now() - begun < 300s);
   const auto started = static_cast<pid_t>(std::stol(done.output));
   CHECK(tests::eventually(300s, [&] { return is_gone(started); }));
+}
+
+TEST_CASE("a child's waits for a processor are counted, and its sleep is not") {
+  cpu_set_t ours, first;
+  ::sched_getaffinity(0, sizeof ours, &ours);
+  CPU_ZERO(&first);
+  CPU_SET(static_cast<unsigned>(::sched_getcpu()), &first);
+  REQUIRE(::sched_setaffinity(0, sizeof first, &first) == 0);
+  const auto busy = [] {
+    for (volatile unsigned turns = 0;;) turns = turns + 1;
+    return 0;
+  };
+  const hal::ChildProcess sleeps(shell("exec sleep 600")), one({.function = busy}), other({.function = busy});
+  const bool both_wait = tests::eventually(300s, [&] { return one.run_delay() > 50ms && other.run_delay() > 50ms; });
+  // once it is asleep
+  const bool sleep_is_none = tests::eventually(300s, [&] {
+    const std::chrono::nanoseconds slept = sleeps.run_delay(), waited = one.run_delay();
+    return tests::eventually(300s, [&] { return one.run_delay() > waited + 50ms; }) && sleeps.run_delay() == slept;
+  });
+  ::sched_setaffinity(0, sizeof ours, &ours);
+  CHECK(both_wait);
+  CHECK(sleep_is_none);
 }
 
 TEST_CASE("a program that says much is read to its end, and its first 64 KiB are kept") {
