@@ -3,6 +3,7 @@ import csv
 import itertools
 import json
 import math
+import os
 import pathlib
 import re
 import signal
@@ -86,15 +87,16 @@ class Aseba(unittest.TestCase):
             self.until(30, lambda robot=robot: world.speed(robot) > 0.02, f"robot {robot} drives")
 
     def stand_within(self, seconds, world, robots, what, at):
-        """Since the moment `at`; what the simulator or the lab waited for a processor does not count."""
+        """Since the moment `at`; what the simulator, the lab or this test waited for a processor does not count."""
         delayed = self.delayed(world)
         self.until(20, lambda: all(world.speed(robot, 1) < 0.002 for robot in robots), f"robots stand {what}")
-        waited = self.delayed(world) - delayed
+        waited = sum(delay_s - delayed[pid] for pid, delay_s in self.delayed(world).items() if pid in delayed)
         for robot in robots:
             self.assertLess(world.moved_last(robot) - at, seconds + waited, f"robot {robot} stands {what}")
 
     def delayed(self, world):
-        return sum(run_delay_s(process.pid) for process in (*world.processes, self.lab) if process.poll() is None)
+        living = [process.pid for process in (*world.processes, self.lab) if process.poll() is None]
+        return {pid: run_delay_s(pid) for pid in [*living, os.getpid()]}
 
     def test_lab(self):
         with playground.Playground(self.folder, 1.1, [(-0.25, 0.12, 0.0), (0.2, -0.15, 1.57)]) as world:
