@@ -17,7 +17,7 @@ namespace {
 std::string make_secret() {
   std::array<unsigned char, 16> bytes;
   if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1)
-    throw std::runtime_error("the system gives no random numbers for the page's token");
+    throw std::runtime_error("the system provides no random numbers for the page's token");
   std::string out;
   for (const unsigned char byte : bytes) out += fmt::format("{:02x}", byte);
   return out;

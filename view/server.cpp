@@ -65,9 +65,9 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     seats.heard(connection);
     if (!access.is_host(request.host, request.reached))
       return refuse(connection, 403, "host",
-                    "This server is not known by that name; view.hosts of the lab's file lists names.\n");
+                    "This server has another name; view.hosts of the lab's file lists names.\n");
     if (!request.origin.empty() && !access.is_own_origin(request.origin, request.host))
-      return refuse(connection, 403, "origin", "Pages of other sites may not ask here.\n");
+      return refuse(connection, 403, "origin", "Requests from other sites are refused.\n");
     connection.may_control = connection.may_control || access.has_cookie(request.cookie);
     if (request.upgrade) return admit(connection, request);
     if (request.path == "/token" && request.method == "POST") return take_token(connection, request);
@@ -76,7 +76,7 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     if (request.path == "/about.json") return connection.answer({.type = "application/json", .body = text_of(about())});
     if (const auto file = page_file(request.path))
       return connection.answer({.type = file->type, .body = std::string(file->bytes)});
-    refuse(connection, 404, "no_such_file", "There is no such file here; / is the page.\n");
+    refuse(connection, 404, "no_such_file", "No such file; the page is at /.\n");
   }
 
   void refuse(Connection& connection, unsigned status, std::string_view why, std::string_view sentence) {
@@ -105,11 +105,10 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
 
   // It wants to watch.
   void admit(Connection& connection, const hal::HttpRequest& request) {
-    if (request.origin.empty())
-      return refuse(connection, 403, "origin", "A WebSocket must say of which page it is (Origin).\n");
+    if (request.origin.empty()) return refuse(connection, 403, "origin", "A WebSocket needs an Origin header.\n");
     if (request.path != "/ws") return refuse(connection, 404, "no_such_file", "The WebSocket is at /ws.\n");
     if (!make_way(seats.for_viewer(connection.may_control)))
-      return refuse(connection, 503, "too_many_viewers", "Too many watch already.\n");
+      return refuse(connection, 503, "too_many_viewers", "Too many viewers already.\n");
     connection.open();
   }
 
@@ -146,14 +145,14 @@ struct Server::State final : Reception, std::enable_shared_from_this<Server::Sta
     Heard heard;
     try {
       if (commands && !viewer.may_control) {
-        refuse(answer, "no_token", "Only who has the lab's token may do this: open the URL that the lab printed.");
+        refuse(answer, "no_token", "This needs the lab's token: open the URL that the lab printed.");
         heard.wait = refused(viewer, what, "no_token");
       } else if (commands)
         desk->command(what, answer);
       else if (numbered)
         desk->request(what, answer);
       else
-        refuse(answer, "unknown", "The server does not know this message.");
+        refuse(answer, "unknown", "The server does not know this request.");
     } catch (const std::exception& error) {
       refuse(answer, "request", error.what());
     }

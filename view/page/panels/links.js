@@ -20,7 +20,7 @@ export class LinksPanel {
     this.element.hidden = !shown.length;
     patch(this.body, ...shown.map(({ lab, drops }) => h("div", { class: "lab" }, h("h2", {}, lab.name),
       ...(is_joined(lab) ? this.peers(lab, world) : []),
-      drops.length ? h("details", { open: this.unfolded.has(lab.name), ontoggle: (/** @type {Event} */ e) => this.fold(lab.name, e) }, h("summary", {}, `dropped for ${counted(drops.length, "reason")}`), table(["dropped", "count"], drops.map((c) => [c.name, number_words(c.value)]))) : h("p", {}, "nothing dropped"))));
+      drops.length ? h("details", { open: this.unfolded.has(lab.name) }, h("summary", { onclick: () => this.fold(lab.name) }, `dropped for ${counted(drops.length, "reason")}`), table(["dropped", "count"], drops.map((c) => [c.name, number_words(c.value)]))) : h("p", {}, "nothing dropped"))));
   }
 
   /** @param {import("../world/lab.js").Lab} lab @param {import("../world/world.js").World} world */
@@ -29,10 +29,12 @@ export class LinksPanel {
     return peers.length ? peers.map((/** @type {import("../wire/lcm.js").Message} */ p) => peer(p, world.rates[lab.index] ?? {})) : [h("p", {}, lab.peers ? "no peers" : "no gateway heard")];
   }
 
-  /** @param {string} lab @param {Event} event of its drops */
-  fold(lab, event) {
-    if (/** @type {HTMLDetailsElement} */ (event.target).open) this.unfolded.add(lab);
-    else this.unfolded.delete(lab);
+  /**
+   * At the click, not at `toggle`: the panel may be written anew in between.
+   * @param {string} lab
+   */
+  fold(lab) {
+    if (!this.unfolded.delete(lab)) this.unfolded.add(lab);
   }
 }
 
