@@ -42,7 +42,7 @@ void count(AirtimeNeed& need, std::span<const std::byte> bytes) {
 double room_of(const hal::Config& config) {
   const hal::Section arena = config.root().section("arena");
   const std::optional<double> room = words_per_s(arena);
-  if (!room) arena.refuse("use", "says nothing of its airtime; \"ode\", \"kilobot\" and \"emulated\" do");
+  if (!room) arena.refuse("use", "has no airtime to report; use \"ode\", \"kilobot\" or \"emulated\"");
   return *room;
 }
 

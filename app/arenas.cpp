@@ -44,12 +44,15 @@ void ArenaUse::fields(const hal::Section& arena) {
 
 // What of simulated robots would change an experiment, if real ones did not have it.
 static void refuse_what_robots_cannot(const hal::Section& ode) {
-  constexpr const char* no_ids = "are of simulated robots; real ones keep theirs (arkmesh assign-ids): remove it";
+  constexpr const char* no_ids =
+      "apply to simulated robots only, and real ones keep their ids (arkmesh assign-ids): remove this key";
   if (!ode.place("ids").empty()) ode.refuse("ids", no_ids);
   for (int i = 0; i < 100; ++i)
     if (!ode.section("group", i).place("ids").empty()) ode.section("group", i).refuse("ids", no_ids);
   if (!ode.place("infrared").empty() && ode.get("infrared", std::string()) != "robot")
-    ode.refuse("infrared", "is of simulated robots; real ones send by a robot's rules: remove it, or say \"robot\"");
+    ode.refuse("infrared",
+               "applies to simulated robots only, and real ones follow a robot's rules: remove this key, or set it to "
+               "\"robot\"");
 }
 
 const hal::ArenaRow& chosen_arena(const hal::Section& arena) {

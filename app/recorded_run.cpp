@@ -27,7 +27,7 @@ fs::path folder_of(const fs::path& place, std::optional<std::size_t> index) {
   const bool is_batch = fs::exists(folder / "manifest.json", error);
   if (error) throw hal::ConfigError(fmt::format("{} cannot be read: {}", folder.string(), error.message()));
   if (is_batch && !index)
-    throw hal::ConfigError(fmt::format("{} is a batch; say with --index which of its runs", folder.string()));
+    throw hal::ConfigError(fmt::format("{} is a batch; choose one of its runs with --index", folder.string()));
   if (!is_batch && index) throw hal::ConfigError(fmt::format("--index: {} is no batch", folder.string()));
   return is_batch ? BatchFolder::run_folder(folder, *index) : folder;
 }
@@ -53,14 +53,14 @@ RecordedRun::RecordedRun(const fs::path& place, std::optional<std::size_t> index
     throw hal::ConfigError(fmt::format("{} holds no result.json of a run", folder_.string()));
   const auto outcome = result_.outcome();
   if (outcome == hal::Outcome::running)
-    throw hal::ConfigError(fmt::format(
-        "the run of {} still goes on, or was killed, so there is no result to compare with", folder_.string()));
+    throw hal::ConfigError(
+        fmt::format("the run of {} is unfinished, so there is no result to compare with", folder_.string()));
   if (outcome != hal::Outcome::finished && outcome != hal::Outcome::failed)
     throw hal::ConfigError(fmt::format("the run of {} is {}, so there is no result to compare with", folder_.string(),
                                        outcome ? result_.text("state") : "of an unknown state"));
   if (result_.text("gate") != "strict")
     throw hal::ConfigError(
-        fmt::format("the run of {} kept real time, and real time does not repeat itself", folder_.string()));
+        fmt::format("the run of {} ran in real time, which cannot be repeated exactly", folder_.string()));
   find_labs();
 }
 
@@ -110,7 +110,7 @@ std::vector<std::string> RecordedRun::changes() const {
     for (const auto& [name, then] : hashes.items()) {
       const auto file = std::ranges::find(files, name, [](const fs::path& one) { return one.filename().string(); });
       if (file == files.end())
-        out.push_back(fmt::format("{}, which the run was made with, is gone", name));
+        out.push_back(fmt::format("{}, which the run used, is missing", name));
       else if (then != lab::file_hash(*file))
         out.push_back(fmt::format("{} was changed since the run", file->string()));
     }

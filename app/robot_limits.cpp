@@ -16,11 +16,10 @@ void check_robot_limits(const hal::Section& root, const lab::RunConfig& run, con
     return std::ranges::upper_bound(arena.robots, id) - arena.robots.begin();
   };
   if (!arena.robots.empty() && arena.robots.back() > arena.max_robot) {
-    const std::string sentence =
-        fmt::format("only ids to {} can be spoken to one by one, which are {} of the {} robots", arena.max_robot,
-                    with_id_to(arena.max_robot), arena.robots.size());
+    const std::string sentence = fmt::format("only ids up to {} can be addressed one by one, {} of the {} robots",
+                                             arena.max_robot, with_id_to(arena.max_robot), arena.robots.size());
     if (scenario.addresses_robots)
-      root.refuse("arena.robots", fmt::format("{}, and scenario {} does that; take {} robots at most", sentence,
+      root.refuse("arena.robots", fmt::format("{}, and scenario {} does that; use at most {} robots", sentence,
                                               scenario.name, with_id_to(arena.max_robot)));
     spdlog::warn("{}: {}", run.lab, sentence);
   }
@@ -31,7 +30,7 @@ void check_robot_limits(const hal::Section& root, const lab::RunConfig& run, con
                     arena.kinds - 1, arena.values - 1, scenario.name, scenario.kinds - 1, scenario.values - 1));
   if (run.labs.size() == 1) return;
   if (!arena.robots.empty() && arena.robots.back() > lab::max_shared_robot)
-    root.refuse("arena.robots", fmt::format("labs can tell each other of ids to {} only; take {} robots at most",
+    root.refuse("arena.robots", fmt::format("labs can exchange ids up to {} only; use at most {} robots",
                                             lab::max_shared_robot, with_id_to(lab::max_shared_robot)));
 
   lab::LabState state{.robots = {}, .fields = {}, .settings = settings};
@@ -45,7 +44,7 @@ void check_robot_limits(const hal::Section& root, const lab::RunConfig& run, con
                     each = bytes_with(1) - none, fit = limit < none ? 0 : (limit - none) / each;
   if (arena.robots.size() > fit)
     root.refuse("arena.robots", fmt::format("the lab's message to others would be {} bytes long, and at most {} fit "
-                                            "(gateway.max_message_bytes); take {} robots at most",
+                                            "(gateway.max_message_bytes); use at most {} robots",
                                             bytes_with(arena.robots.size()), limit, fit));
 }
 

@@ -100,7 +100,7 @@ int run_all(const BatchOptions& options, app::Batch& batch, OperatorStop& stop, 
 
 int run_one(app::Batch& batch, std::size_t run, bool retry, OperatorStop& stop) {
   if (!batch.take_run(run))
-    throw hal::ConfigError(fmt::format("run {} is under way in another process; wait until it has ended", run));
+    throw hal::ConfigError(fmt::format("run {} is in progress in another process; wait until it ends", run));
   const app::RunState state = batch.state_of(run);
   if (state == app::RunState::finished || (state == app::RunState::failed && !retry)) {
     fmt::print("run {} has its result already\n", run);

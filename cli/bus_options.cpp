@@ -32,8 +32,8 @@ std::string BusOptions::hung_words() const {
   const auto holder = hal::kilobot::port_holder(arena.section("kilobot").get("port", std::string()));
   if (!holder || holder->state != hal::kilobot::PortHolder::State::hung) return {};
   return fmt::format(
-      "{0} (process {1}) hangs: its guard tells the robots to stand, and they stand when that process is ended: kill "
-      "-9 {1}",
+      "{0} (process {1}) hangs; its guard tells the robots to stop, and they certainly stop once that process is "
+      "ended: kill -9 {1}",
       holder->who, holder->process);
 }
 

@@ -98,7 +98,7 @@ constexpr int uncertain_code = 4;     // written, with a warning
 
 cv::Mat read_picture(const std::string& file) {
   cv::Mat picture = tracker::read_picture(file);
-  if (picture.empty()) throw std::runtime_error(fmt::format("{} is damaged or no picture", file));
+  if (picture.empty()) throw std::runtime_error(fmt::format("{} is damaged or not a picture", file));
   return picture;
 }
 
@@ -114,7 +114,7 @@ tracker::FittedLens fit_lens(const CalibrateOptions& options) {
     }
     fmt::print("{}: {}\n", file,
                found ? std::string("chessboard found")
-                     : fmt::format("no whole chessboard with {} inner corners; left out", options.board));
+                     : fmt::format("no complete chessboard with {} inner corners; skipped", options.board));
     std::fflush(stdout);
   }
   return fit.fit();
@@ -160,11 +160,11 @@ std::vector<tracker::Landmark> landmarks_in(const CalibrateOptions& options, con
   if (!options.corner_picture.empty()) found = testbed::landmarks_of(arena_picture(options, data.lens), data);
   const bool enough = found.size() >= tracker::CameraGuard::fewest_marks;
   fmt::print("landmarks of the arena: {}{}\n", found.size(),
-             enough                           ? ", by which a lab notices that the camera was moved since"
-             : options.corner_picture.empty() ? "; without a picture (--corners) a lab cannot notice that the camera "
-                                                "was moved since"
-                                              : ", too few to notice that the camera was moved since; stick some small "
-                                                "dark dots near the arena's border and take the picture again");
+             enough ? ", by which a lab notices when the camera is moved"
+             : options.corner_picture.empty()
+                 ? "; without a picture (--corners) a lab cannot notice when the camera is moved"
+                 : ", too few to notice when the camera is moved; stick some small dark dots near the arena's border "
+                   "and take the picture again");
   return found;
 }
 
@@ -172,7 +172,7 @@ std::string robot_width(const tracker::CameraData& data, tracker::Point at) {
   const auto width_px = testbed::robot_width_px(data, at);
   if (!width_px) return "";
   return fmt::format(": a robot there is {:.1f} px wide{}", *width_px,
-                     *width_px < 12 ? ", too few: bring the camera nearer, or take more pixels" : "");
+                     *width_px < 12 ? ", too few: move the camera closer, or use a higher resolution" : "");
 }
 
 // Of the pictures of a chessboard, or of a file; what is uncertain of it is added to `doubts`.

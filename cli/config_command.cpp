@@ -21,7 +21,7 @@ void print(const app::AirtimeNeed& need) {
   const double room = need.room, robots = static_cast<double>(need.robots);
   fmt::print("{}: {}, layout {}; room for {:.1f} words a second, so {:.2f} s for a word to each robot\n", need.lab,
              hal::counted(need.robots, "robot"), need.layout, room, robots / room);
-  if (need.slots.empty()) return fmt::print("  says nothing to single robots\n");
+  if (need.slots.empty()) return fmt::print("sends nothing to single robots\n");
   fmt::print("  {:>4}  {:>8}  {:>15}  {:>19}\n", "slot", "words/s", "share of airtime", "in busiest second");
   const auto line = [&](const std::string& slot, const app::SlotNeed& slot_need) {
     const double each_s = static_cast<double>(slot_need.words) / need.seconds;
@@ -30,8 +30,8 @@ void print(const app::AirtimeNeed& need) {
   for (const auto& [slot, slot_need] : need.slots) line(fmt::format("{}", slot), slot_need);
   if (need.slots.size() > 1) line("all", need.all);
   if (need.anew > 0)
-    fmt::print("  to tell robots everything anew, after a reset or when the line was away: {} words, {:.1f} s\n",
-               need.anew, static_cast<double>(need.anew) / room);
+    fmt::print("  to resend everything, after a reset or when the line was down: {} words, {:.1f} s\n", need.anew,
+               static_cast<double>(need.anew) / room);
   const auto share = [&](std::uint64_t messages) {
     return 100 * static_cast<double>(messages) / static_cast<double>(need.air.offered);
   };
@@ -87,14 +87,13 @@ void add_config_command(CLI::App* command) {
     if (keys->count() == 0 && !*wants_sample) throw hal::ConfigError("config: give --keys, --sample or --airtime");
     if (scenarios::python::is_python(*section)) {
       const std::vector<hal::KeyRow> rows = scenarios::python::settings_of(*section);
-      return fmt::print("{}",
-                        rows.empty() ? fmt::format("{} asks for no settings\n", *section) : hal::print_keys(rows));
+      return fmt::print("{}", rows.empty() ? fmt::format("{} has no settings\n", *section) : hal::print_keys(rows));
     }
     std::vector<hal::KeyRow> rows = app::all_keys();
     std::erase_if(rows, [&](const hal::KeyRow& row) {
       return !(row.table + ".").starts_with(*section + (section->empty() ? "" : "."));
     });
-    if (rows.empty()) throw hal::ConfigError(fmt::format("--keys {}: there is no such section", *section));
+    if (rows.empty()) throw hal::ConfigError(fmt::format("--keys {}: unknown section", *section));
     fmt::print("{}", *wants_sample ? hal::print_sample(rows) : hal::print_keys(rows));
   });
 }

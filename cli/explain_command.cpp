@@ -19,8 +19,7 @@ struct ExplainOptions {
 };
 
 bool explain_channel(const ExplainOptions& options) {
-  if (options.to.empty() == options.from.empty())
-    throw hal::ConfigError("explain: give --to LAB or --from LAB, one of them");
+  if (options.to.empty() == options.from.empty()) throw hal::ConfigError("explain: give either --to LAB or --from LAB");
   const bool out = options.from.empty();
   const std::string& named = out ? options.to : options.from;
   // What came from a lab is called LAB/CHANNEL here.
@@ -48,7 +47,7 @@ bool explain_channel(const ExplainOptions& options) {
 
 void add_explain_command(CLI::App* command) {
   const auto options = std::make_shared<ExplainOptions>();
-  command->add_option("channel", options->channel, "The channel, as its own lab calls it")->required();
+  command->add_option("channel", options->channel, "The channel, by its name in its own lab")->required();
   command->add_option("file", options->files, "Files of labs; with those of both labs the whole path is explained")
       ->required()
       ->check(CLI::ExistingFile);

@@ -60,7 +60,7 @@ void export_one(const recording::Run& run, const ExportKind& kind, const ExportO
   const bool is_there = fs::exists(to, error) && !(fs::is_directory(to, error) && fs::is_empty(to, error));
   if (is_there && !options.force)
     throw hal::ConfigError(
-        fmt::format("{} is there already; give another place with --out, or --force to write it anew", to.string()));
+        fmt::format("{} exists; choose another place with --out, or overwrite it with --force", to.string()));
   if (kind.write != recording::export_csv && (fs::is_directory(to, error) || !to.has_filename()))
     throw hal::ConfigError(fmt::format("{} is a folder; name the file, as {}", to.string(), (to / kind.name).string()));
   OperatorStop stop;
@@ -70,7 +70,7 @@ void export_one(const recording::Run& run, const ExportKind& kind, const ExportO
     recording::Watch watch(progress, stop, kind.name);
     done = kind.write(run, to, watch);
   }
-  if (run.is_growing()) fmt::print(stderr, "arkmesh: the run still goes on; this is what it had written so far\n");
+  if (run.is_growing()) fmt::print(stderr, "arkmesh: the run is unfinished; this is what it has written so far\n");
   for (const std::string& note : done.notes) fmt::print(stderr, "arkmesh: {}\n", note);
   fmt::print("wrote {}: {}\n", to.string(), done.summary);
 }

@@ -189,16 +189,15 @@ std::vector<Step> steps_with_labs(const std::vector<fs::path>& labs) {
   for (const auto& [_, files] : worlds) {
     std::string words;
     for (const fs::path& file : files) words += " " + typed_as(file);
-    steps.push_back({"arkmesh run" + words, "as fast as it goes, in a folder below runs/"});
+    steps.push_back({"arkmesh run" + words, "as fast as possible, into a folder below runs/"});
     steps.push_back({fmt::format("arkmesh run{} --open", words), "the same in a browser, in real time"});
     if (steps.size() >= 2 * most_shown) break;
   }
   if (!worlds.empty())
     steps.push_back(
-        {"arkmesh doctor " + typed_as(worlds[0].second[0]), "says what would keep it from running, and what to do"});
+        {"arkmesh doctor " + typed_as(worlds[0].second[0]), "lists what would keep it from running, with remedies"});
   if (!with_peers.empty())
-    steps.push_back(
-        {"arkmesh up " + typed_as(with_peers), "with a gateway, joined with the labs elsewhere that it names"});
+    steps.push_back({"arkmesh up " + typed_as(with_peers), "with a gateway, joined to the remote labs that it names"});
   return steps;
 }
 
@@ -213,7 +212,7 @@ std::vector<Step> steps_with_running() {
     steps.push_back({"arkmesh status " + typed_as(words[1]), typed});
     if (words[0] != "lab") continue;
     steps.push_back({"arkmesh view " + typed_as(words[1]), "shows it in a browser"});
-    steps.push_back({"arkmesh stop " + typed_as(words[1]), "ends it, with its results"});
+    steps.push_back({"arkmesh stop " + typed_as(words[1]), "ends it and writes its results"});
   }
   return steps;
 }
@@ -223,9 +222,8 @@ std::vector<Step> steps_with_runs(const std::vector<fs::path>& runs) {
   if (runs.empty()) return steps;
   const std::string newest = typed_as(runs[0]);
   steps.push_back({"arkmesh plot " + newest, "draws its end"});
-  steps.push_back(
-      {fmt::format("arkmesh export {} --csv", newest), "tables of all that was recorded; or --hdf5, --mp4"});
-  steps.push_back({"arkmesh rerun " + newest, "repeats it, and says whether it gives the same"});
+  steps.push_back({fmt::format("arkmesh export {} --csv", newest), "tables of everything recorded; or --hdf5, --mp4"});
+  steps.push_back({"arkmesh rerun " + newest, "repeats it and compares the results"});
   return steps;
 }
 
@@ -237,7 +235,7 @@ std::vector<Step> steps_with_programs(const std::vector<fs::path>& programs) {
 }
 
 void guide(const fs::path& folder) {
-  if (!fs::is_directory(folder)) throw hal::ConfigError(fmt::format("{}: is no folder", folder.string()));
+  if (!fs::is_directory(folder)) throw hal::ConfigError(fmt::format("{}: is not a folder", folder.string()));
   say("Running on this machine", 0, steps_with_running());
   const Findings found = look(folder);
   say("Runs, newest first", found.runs.size(), steps_with_runs(found.runs));
@@ -251,11 +249,11 @@ void guide(const fs::path& folder) {
       each(found.scenarios, "arkmesh config --keys {}", "lists its settings; a lab's file names it as run.scenario"));
   say("Robots' programs", found.programs.size(), steps_with_programs(found.programs));
   if (!found.is_empty()) return;
-  fmt::print("{} holds nothing of arkmesh's yet.\n\n", folder == "." ? "This folder" : typed_as(folder));
+  fmt::print("{} holds no arkmesh files yet.\n\n", folder == "." ? "This folder" : typed_as(folder));
   say("To begin", 0,
       {{"arkmesh scenario new my_swarm", "an experiment of two labs in Python, ready to run, in the folder my_swarm"},
        {"arkmesh config --sample > lab.toml", "a lab's file with every key, commented; arkmesh run lab.toml runs it"},
-       {"arkmesh doctor", "says what this machine lacks"}});
+       {"arkmesh doctor", "lists what this machine lacks"}});
   // The package arkmesh-doc may not be there.
   const fs::path course = hal::own_file("../doc/arkmesh/html/docs/learn-scenario.html", "docs/learn-scenario.md");
   std::error_code ignored;

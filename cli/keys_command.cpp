@@ -43,7 +43,7 @@ void init(const KeysOptions& options, const KeyFolder& keys) {
 
 void trust(const KeysOptions& options, const KeyFolder& keys) {
   const Certificate trusted = keys.trust(options.what, options.replace);
-  fmt::print("lab {} is trusted; its certificate counts until {}\n", trusted.lab, date(trusted.until));
+  fmt::print("lab {} is trusted; its certificate is valid until {}\n", trusted.lab, date(trusted.until));
   print_fingerprint(trusted);
   fmt::print("Compare it with what lab {} reads out; if it differs: arkmesh keys revoke {}\n", trusted.lab,
              trusted.lab);
@@ -51,16 +51,16 @@ void trust(const KeysOptions& options, const KeyFolder& keys) {
 
 void revoke(const KeysOptions& options, const KeyFolder& keys) {
   const Certificate revoked = keys.revoke(options.what);
-  fmt::print("lab {} is not trusted any more; gateways that run end their connection to it within a second\n",
+  fmt::print("lab {} is no longer trusted; running gateways close their connection to it within a second\n",
              revoked.lab);
 }
 
 void renew(const KeysOptions& options, const KeyFolder& keys) {
   const Certificate renewed = keys.renew(options.what, options.new_key);
-  fmt::print("the certificate of lab {} counts until {}\n", renewed.lab, date(renewed.until));
+  fmt::print("the certificate of lab {} is valid until {}\n", renewed.lab, date(renewed.until));
   print_fingerprint(renewed);
   if (options.new_key)
-    fmt::print("Its key is new: the other labs let it in after arkmesh keys trust {}.crt --replace\n", renewed.lab);
+    fmt::print("Its key is new: the other labs must run arkmesh keys trust {}.crt --replace\n", renewed.lab);
   else
     fmt::print("Its key is the same, so the other labs need not do anything.\n");
 }
@@ -75,7 +75,7 @@ void list(const KeysOptions&, const KeyFolder& keys) {
   print("trusted", listing.trusted);
   print("revoked", listing.revoked);
   if (listing.own.empty() && listing.trusted.empty() && listing.revoked.empty())
-    fmt::print("no keys in {}; a lab's own is made with: arkmesh keys init LAB\n", keys.path().string());
+    fmt::print("no keys in {}; create a lab's own with: arkmesh keys init LAB\n", keys.path().string());
   for (const std::string& sentence : listing.damaged) fmt::print(stderr, "arkmesh: {}\n", sentence);
 }
 

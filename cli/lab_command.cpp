@@ -133,7 +133,7 @@ void add_mark_command(CLI::App* command) {
     if (options->keys) return fmt::print("{}", hal::print_keys(hal::keys_of<mark::Settings>("mark")));
     if (options->file.empty()) throw hal::ConfigError("name the lab's configuration file (see arkmesh mark --help)");
     if (options->server == options->client)
-      throw hal::ConfigError("say --server, when the original is M-ARK's client, or --client, when it is its server");
+      throw hal::ConfigError("give --server if the original is M-ARK's client, or --client if it is its server");
     end_with(stand_in(*options));
   });
 }

@@ -72,7 +72,7 @@ std::vector<Packet> give_id(const std::string& text) {
 bool is_wanted(const std::string& what) {
   if (!::isatty(STDIN_FILENO))
     throw CLI::ValidationError("--yes", fmt::format("is needed where nobody can be asked: {}", what));
-  fmt::print(stderr, "{}. Go on? [y/N] ", what);
+  fmt::print(stderr, "{}. Continue? [y/N] ", what);
   OperatorStop stop;
   pollfd typed{STDIN_FILENO, POLLIN, 0};
   while (::poll(&typed, 1, 100) <= 0)

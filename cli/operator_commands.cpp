@@ -45,7 +45,7 @@ struct OperatorWord {
 constexpr OperatorWord words[] = {
     {"stop", operator_command_t::stop, "ended at period", true, true},
     {"pause", fleet_command_t::pause, "paused its robots at period", true, true},
-    {"resume", fleet_command_t::run, "lets its robots go on from period", false, true},
+    {"resume", fleet_command_t::run, "resumed its robots at period", false, true},
     {"reset", fleet_command_t::reset, "reset its robots, which wait for resume, at period", true, false},
     {"arm", operator_command_t::arm, "obeys other labs' operators from period", false, false},
     {"disarm", operator_command_t::disarm, "obeys its own operator only, from period", false, false}};
@@ -84,15 +84,14 @@ Prove prove_as_lab(const std::string& own, const std::filesystem::path& keys) {
 std::runtime_error no_lab(const std::string& where, const OperatorWord& word, const BusOptions& options) {
   if (const std::string hung = options.hung_words(); !hung.empty()) return std::runtime_error(hung);
   return std::runtime_error(
-      fmt::format("no lab speaks on {}; is it running, and is this its file? (arkmesh {} --help)", where, word.name));
+      fmt::format("no lab is heard on {}; is it running, and is this its file? (arkmesh {} --help)", where, word.name));
 }
 
 [[noreturn]] void say_not_seen(const lab::RunningLab& lab, bool ended) {
   fmt::print(stderr, "arkmesh: {} told its robots to stop; not seen standing: {}. {}\n", lab.name(),
-             lab.should_stand() ? lab.not_standing() : "any, for it still says that they should run",
-             ended ? "It has ended; a process that it left behind tells them for a minute, and arkmesh ohc PORT pause "
-                     "tells them again"
-                   : "It tells them again until they were seen to; stop by hand those that move");
+             lab.should_stand() ? lab.not_standing() : "any, because it still wants them to run",
+             ended ? "It has ended; its guard repeats the stop for a minute, and arkmesh ohc PORT pause sends it again"
+                   : "It repeats the stop until they are seen standing; stop by hand those that move");
   throw CLI::RuntimeError(hal::Exit::not_standing);
 }
 
@@ -108,7 +107,7 @@ void tell(const OperatorWord& word, lab::RunningLab& lab, const Prove& prove, co
     throw std::runtime_error(hung.empty() ? why : hung);
   }
   if (ends && !lab.comes_to(ends_within, [&] { return lab.has_ended(); }))
-    throw std::runtime_error(fmt::format("{} was told to end, but has not said within {} s that it did", lab.name(),
+    throw std::runtime_error(fmt::format("{} was told to end, but has not confirmed it within {} s", lab.name(),
                                          std::chrono::seconds(ends_within).count()));
   if (word.makes_stand) lab.comes_to(seen_within, [&] { return lab.has_ended() || lab.stands(); });
   if (word.makes_stand && !lab.stands()) return say_not_seen(lab, ends);
@@ -144,8 +143,8 @@ void tell_other(const OperatorWord& word, const OperatorOptions& options) {
   const hal::BusConfig bus = options.bus();
   lab::RunningLab lab(bus, options.at, own);
   if (!lab.speaks())
-    throw std::runtime_error(fmt::format("{} does not speak on {}; is the link to it up? (arkmesh status {})",
-                                         options.at, bus.url, options.file));
+    throw std::runtime_error(fmt::format("{} is not heard on {}; is the link to it up? (arkmesh status {})", options.at,
+                                         bus.url, options.file));
   tell(word, lab, prove, {});
 }
 

@@ -56,7 +56,7 @@ std::string_view package_of(std::string_view program) {
   const std::filesystem::path self = hal::this_program(), folder = hal::program_folder();
   if (self.filename() == program)  // it would start itself for ever
     throw std::runtime_error(
-        fmt::format("{} is not in {}; install all programs of one arkmesh anew", purpose, self.string()));
+        fmt::format("{} is not in {}; install all programs of arkmesh again", purpose, self.string()));
   ::execv((folder / program).c_str(), arguments);
   if (errno == ENOENT && folder == package_folder)
     throw std::runtime_error(fmt::format("{} needs the program {}, which is not installed; it is in the package {}",
@@ -201,7 +201,7 @@ int main(int argc, char** argv, std::span<const OwnCommand> own) {
     // who reads a pipe no further has had enough
     pollfd reader{STDOUT_FILENO, POLLOUT, 0};
     if (is_written || (::poll(&reader, 1, 0) == 1 && (reader.revents & POLLERR) != 0)) return code;
-    throw std::runtime_error("what this prints cannot be written; is the disk full?");
+    throw std::runtime_error("the output cannot be written; is the disk full?");
   } catch (const hal::ConfigError& e) {
     return tell(e.what(), hal::Exit::refused);
   } catch (const hal::ExitError& e) {

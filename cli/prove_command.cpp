@@ -74,11 +74,11 @@ int prove_in_run(const ProveCommand& given) {
     names.push_back(config.root().section("lab").get("name", std::string(), {.required = true}));
   const auto at = given.lab.empty() && names.size() == 1 ? names.begin() : std::ranges::find(names, given.lab);
   if (at == names.end())
-    throw CLI::ValidationError("--lab", fmt::format("say which of the run's labs: {}", fmt::join(names, ", ")));
+    throw CLI::ValidationError("--lab", fmt::format("choose one of the run's labs: {}", fmt::join(names, ", ")));
   const std::string lab = *at;
   const hal::Section arena = configs[static_cast<std::size_t>(at - names.begin())].root().section("arena");
   if (app::chosen_arena(arena).name != "ode")
-    throw hal::ConfigError(fmt::format("what robots of lab {} got cannot be repeated: arena.use is not \"ode\"", lab));
+    throw hal::ConfigError(fmt::format("the inputs of lab {} cannot be repeated: its arena.use is not \"ode\"", lab));
   sim_ode::TurnLog log(static_cast<int>(arena.get("robots", std::int64_t{0})));
   std::vector<hal::ArenaRow>& rows = app::arena_rows();
   *std::ranges::find(rows, "ode", &hal::ArenaRow::name) =
@@ -98,7 +98,8 @@ int prove_in_run(const ProveCommand& given) {
   const nlohmann::json result = run.run(stop, &progress);
   if (stop.stopped()) return exit_code(hal::Outcome::stopped);
   if (result.at("final_hash").get<std::string>() != recorded.final_hash())
-    fmt::print(stderr, "arkmesh: the run was another when repeated; robot {} got what it got now\n", given.robot);
+    fmt::print(stderr, "arkmesh: the run differed when repeated; robot {} got the inputs of the repetition\n",
+               given.robot);
   return prove(sim_ode::program_of(arena, index), log, run.finished() ? "" : hal::ended_in(result),
                fmt::format("robot {} of lab {}", given.robot, lab));
 }

@@ -36,8 +36,7 @@ int rerun(const RerunOptions& options) {
   const fs::path directory = scratch ? scratch->path() / "run" : fs::path(options.out);
   std::error_code error;
   if (fs::exists(directory, error) && !(fs::is_directory(directory, error) && fs::is_empty(directory, error)))
-    throw hal::ConfigError(
-        fmt::format("{} holds something; give an empty or new folder with --out", directory.string()));
+    throw hal::ConfigError(fmt::format("{} is not empty; give an empty or new folder with --out", directory.string()));
   OperatorStop stop;
   app::JointRun run(recorded.configs(), directory);
   ProgressLine progress(run.names());

@@ -62,7 +62,7 @@ void print_counts(const nlohmann::json& result) {
 
 int run(const RunOptions& options) {
   if (!options.seeds.empty() || !options.jobs.empty())
-    throw hal::ConfigError(fmt::format("arkmesh run does one run; for many type: arkmesh batch {} --seeds {}",
+    throw hal::ConfigError(fmt::format("arkmesh run performs one run; for several: arkmesh batch {} --seeds {}",
                                        fmt::join(options.labs.files, " "),
                                        options.seeds.empty() ? "1..20" : options.seeds));
   OperatorStop stop;

@@ -112,7 +112,7 @@ void write_new(fs::path folder, bool cpp) {
         fmt::format("{}: {} is a word of C++, CMake or arkmesh; choose another name", folder.string(), name));
   std::error_code error;
   if (fs::exists(folder, error))
-    throw hal::ConfigError(fmt::format("{} is there already; choose another name, or another folder", folder.string()));
+    throw hal::ConfigError(fmt::format("{} exists; choose another name or folder", folder.string()));
   std::vector<std::pair<std::string, std::string>> words = {
       {"experiments/light_up", folder.string()}, {"light_up", name}, {"LightUp", class_name(name)}, {"Light-up", name}};
   if (cpp)

@@ -85,12 +85,12 @@ void print(const testbed::IdentifyReport& report) {
     fmt::print("{:>6} {:>9.4f} {:>9.4f} {:>12.1f} {:>10.2f}\n", robot, at.x_m, at.y_m,
                at.heading_rad * 180 / std::numbers::pi, confidence);
   for (const hal::Pose& at : report.nameless)
-    fmt::print("nameless: a robot at x {:.4f} m, y {:.4f} m\n", at.x_m, at.y_m);
+    fmt::print("unnamed: a robot at x {:.4f} m, y {:.4f} m\n", at.x_m, at.y_m);
   if (!report.missing.empty()) fmt::print("not found: {}\n", in_words(report.missing));
   if (!report.duplicates.empty())
     fmt::print("several robots have the same id: {}; give them ids of their own with `arkmesh assign-ids`\n",
                in_words(report.duplicates));
-  if (!report.strangers.empty()) fmt::print("not expected, but there: {}\n", in_words(report.strangers));
+  if (!report.strangers.empty()) fmt::print("unexpected: {}\n", in_words(report.strangers));
   fmt::print("{} of {} named in {:.1f} s\n", report.named.size(), hal::counted(report.looked_for, "robot"),
              report.took_s);
 }

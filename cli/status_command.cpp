@@ -53,7 +53,7 @@ std::string settings_of(const nlohmann::json& peer, const nlohmann::json& lab) {
 std::string in_words(const nlohmann::json& status, const std::string& hung) {
   std::string text = hung.empty() ? "" : hung + '\n', losses;
   if (const nlohmann::json& lab = status["lab"]; lab.is_null()) {
-    text += "no lab speaks; start it with: arkmesh lab FILE\n";
+    text += "no lab is heard; start it with: arkmesh lab FILE\n";
   } else {
     const std::string name = lab["name"];
     text += fmt::format("lab {}: {}, period {} of {}, {:.1f}x real time, settings {}, said {:.1f} s ago\n", name,
@@ -62,7 +62,7 @@ std::string in_words(const nlohmann::json& status, const std::string& hung) {
     add_losses(losses, name, lab["counters"]);
   }
   if (const nlohmann::json& gateway = status["gateway"]; gateway.is_null()) {
-    text += "no gateway speaks; start it with: arkmesh gateway FILE\n";
+    text += "no gateway is heard; start it with: arkmesh gateway FILE\n";
   } else {
     text += fmt::format("gateway of {}, said {:.1f} s ago\n", gateway["of"].get<std::string>(),
                         gateway["age_s"].get<double>());

@@ -34,7 +34,7 @@ int record(const TestbedOptions& options) {
   const hal::Config config = hal::Config::from_file(lab.file, lab.sets);
   const hal::Section arena = config.root().section("arena");
   if (const std::string use = arena.get("use", std::string("ode")); use != "kilobot" && use != "emulated")
-    arena.refuse("use", "has no devices to record; take \"kilobot\" or \"emulated\"");
+    arena.refuse("use", "has no devices to record; use \"kilobot\" or \"emulated\"");
   return run_lab(lab);
 }
 

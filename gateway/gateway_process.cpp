@@ -144,7 +144,7 @@ class GatewayProcess {
       const hal::Config file = read_();
       ProcessConfig now = read_process_config(file);
       if (now.lab != config_.lab)
-        throw hal::ConfigError(fmt::format("{} is the file of lab {} now", file.file().string(), now.lab));
+        throw hal::ConfigError(fmt::format("{} now belongs to lab {}", file.file().string(), now.lab));
       config_.gateway.rules = std::move(now.gateway.rules);
       if (gateway_) {
         node_->set_exports(config_.gateway.rules.announced(peer_labs()));
@@ -167,7 +167,7 @@ class GatewayProcess {
     for (const auto& [key, value] : fixed_)
       if (!now.contains(key)) changed.insert(key);
     if (changed.empty()) return {};
-    return say(fmt::format("changed in the file, but in force after a new start only: {}", fmt::join(changed, ", ")));
+    return say(fmt::format("changed in the file, but effective only after a restart: {}", fmt::join(changed, ", ")));
   }
 
   std::vector<std::string> peer_labs() const {
@@ -320,11 +320,8 @@ class GatewayProcess {
       const auto days = keys_->days_left(lab);
       if (!days) return;
       const std::string when = *days < 0 ? "has ended" : fmt::format("ends in {} days", *days);
-      say_change(
-          "certificate " + lab, when,
-          fmt::format("the certificate of lab {} {}; it still counts, but make it last longer, there: arkmesh keys "
-                      "renew {}",
-                      lab, when, lab));
+      say_change("certificate " + lab, when,
+                 fmt::format("the certificate of lab {} {}; extend it there: arkmesh keys renew {}", lab, when, lab));
     };
     say_end(config_.lab);
     for (const auto& link : gateway_->links()) say_end(link->peer());

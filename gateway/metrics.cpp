@@ -49,15 +49,15 @@ class Family {
 
 std::string to_metrics(const peers_t& peers) {
   Family up("arkmesh_peer_up", "gauge", "1 while a session with the peer is open");
-  Family trip("arkmesh_peer_round_trip_seconds", "gauge", "quickest heartbeat there and back of late");
-  Family offset("arkmesh_peer_clock_offset_seconds", "gauge", "what the peer's wall clock shows more than ours");
-  Family doubt("arkmesh_peer_clock_uncertainty_seconds", "gauge", "the true offset is not further off than this");
+  Family trip("arkmesh_peer_round_trip_seconds", "gauge", "fastest recent round trip of a heartbeat");
+  Family offset("arkmesh_peer_clock_offset_seconds", "gauge", "offset of the peer's wall clock from this one");
+  Family doubt("arkmesh_peer_clock_uncertainty_seconds", "gauge", "largest error of the offset");
   Family age("arkmesh_channel_age_seconds", "gauge", "time since the newest message of a peer's channel");
   Family messages("arkmesh_channel_messages_total", "counter", "messages of a peer's channel");
   Family bytes("arkmesh_channel_bytes_total", "counter", "bytes of a peer's channel");
-  Family levels("arkmesh_peer_level", "gauge", "what is now, by name as in the message `peers`");
-  Family totals("arkmesh_peer_events_total", "counter", "what has been, by name as in the message `peers`");
-  Family own("arkmesh_gateway_events_total", "counter", "what belongs to no peer, by name as in the message `peers`");
+  Family levels("arkmesh_peer_level", "gauge", "current values, named as in the message `peers`");
+  Family totals("arkmesh_peer_events_total", "counter", "totals, named as in the message `peers`");
+  Family own("arkmesh_gateway_events_total", "counter", "totals of no single peer, named as in the message `peers`");
   const std::string lab = "lab=" + quoted(peers.lab);
   for (const peer_t& peer : peers.peers) {
     const std::string labels = lab + ",peer=" + quoted(peer.lab);

@@ -75,7 +75,7 @@ bool is_run(const fs::path& folder) {
 Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_normal().parent_path()) {
   std::error_code error;
   if (!fs::is_directory(folder_, error))
-    throw hal::ConfigError(fmt::format("{} is no folder; give that of a run", folder.string()));
+    throw hal::ConfigError(fmt::format("{} is not a folder; give that of a run", folder.string()));
   std::vector<fs::path> folders;
   if (has_log(folder_)) {
     folders = {folder_};

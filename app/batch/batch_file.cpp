@@ -67,14 +67,14 @@ class PlanReader {
     if (entry.path.size() != 1 || !entry.is_list || entry.elements.empty())
       refuse(entry, "must be a list of the labs' files, such as [\"shark.toml\", \"roark.toml\"]");
     for (const ConfigEntry::Value& lab : entry.elements) {
-      if (!lab.is_text) refuse(entry, fmt::format("{} is no file's name; names stand in quotes", lab.text));
+      if (!lab.is_text) refuse(entry, fmt::format("{} is not a file name; put file names in quotes", lab.text));
       const fs::path path = (folder_of(entry) / lab.text).lexically_normal();
       std::error_code error;
       if (fs::is_directory(path, error))
         refuse(entry, fmt::format("{} is a folder; name the lab's file", path.string()));
       if (!fs::is_regular_file(path, error)) refuse(entry, fmt::format("there is no file {}", path.string()));
       if (std::ranges::find(plan_.labs.files, path.string()) != plan_.labs.files.end())
-        refuse(entry, fmt::format("{} is there twice; labs of one run differ", path.string()));
+        refuse(entry, fmt::format("{} is listed twice; each lab of a run needs its own file", path.string()));
       plan_.labs.files.push_back(path.string());
     }
   }
@@ -99,7 +99,7 @@ class PlanReader {
 
   std::string override_of(const ConfigEntry& entry, const std::string& key, const std::string& toml) {
     const std::string plain = key.substr(key.find(':') == std::string::npos ? 0 : key.find(':') + 1);
-    if (own_keys.contains(plain)) refuse(entry, "is not set here; the experiment's seeds and labs say it");
+    if (own_keys.contains(plain)) refuse(entry, "cannot be set here; the experiment's seeds and labs determine it");
     const std::string text = key + "=" + toml;
     plan_.places.emplace(text, entry.place);
     return text;
@@ -114,7 +114,7 @@ class PlanReader {
     if (entry.path.size() < 3)
       return refuse_unless_empty(entry, "a choice is a table [choices.NAME.OPTION] of the keys that the option sets");
     if (fixed_columns.contains(entry.path[1]))
-      refuse(entry, fmt::format("{} is another column of the table; name the choice otherwise", entry.path[1]));
+      refuse(entry, fmt::format("{} is already a column of the table; rename the choice", entry.path[1]));
     Factor& factor = factor_named(entry.path[1]);
     auto level = std::ranges::find(factor.levels, entry.path[2], &Factor::Level::label);
     if (level == factor.levels.end()) level = factor.levels.insert(level, {entry.path[2], {}});
@@ -237,7 +237,7 @@ BatchFile read_batch_file(const std::vector<fs::path>& files, const std::string&
             "{}: has no [lab], so it is no lab's file; give one experiment file, or the files of labs", lab.string()));
       out.plan.labs.files.push_back(lab.string());
     }
-    if (seeds.empty()) throw hal::ConfigError("labs' files name no seeds of a batch; add --seeds 1..20");
+    if (seeds.empty()) throw hal::ConfigError("lab files contain no seeds; add --seeds 1..20");
   } else {
     out.experiment = file;
     out.files = std::move(entries.files);

@@ -54,7 +54,7 @@ void BatchFolder::take(Use use) {
     if (errno != EWOULDBLOCK && errno != EINTR) return;  // a file system without locks
     if (std::chrono::steady_clock::now() > until)
       throw hal::ConfigError(
-          fmt::format("another arkmesh is at work in {}; wait until it has ended, or stop it", directory_.string()));
+          fmt::format("another arkmesh is using {}; wait until it ends, or stop it", directory_.string()));
     std::this_thread::sleep_for(20ms);
   }
 }

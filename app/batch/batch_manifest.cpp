@@ -101,7 +101,7 @@ nlohmann::json make_manifest(const BatchFile& batch, const std::vector<std::vect
 std::string difference(const nlohmann::json& begun, const nlohmann::json& now, bool only_plan) {
   if (!begun.is_object() || !begun.contains("experiment")) return "it holds no manifest of a batch";
   if (!only_plan && version_of(begun) != version_of(now))
-    return fmt::format("it was begun with {}, and this is {}", version_of(begun), version_of(now));
+    return fmt::format("it was started with {}, and this is {}", version_of(begun), version_of(now));
   const nlohmann::json none = nlohmann::json::object();
   // which part of the plan first, since that says more than that a file differs
   for (const auto& [key, name] :
@@ -109,10 +109,10 @@ std::string difference(const nlohmann::json& begun, const nlohmann::json& now, b
                                           {"set", "other settings of all runs ([set], --set)"},
                                           {"factors", "another grid ([choices], [sweep])"},
                                           {"seeds", "other seeds"}})
-    if (begun.value(key, none) != now.value(key, none)) return fmt::format("it was begun with {}", name);
+    if (begun.value(key, none) != now.value(key, none)) return fmt::format("it was started with {}", name);
   if (only_plan) return {};
   if (const std::string file = changed_input(object_in(begun, "inputs"), object_in(now, "inputs")); !file.empty())
-    return fmt::format("{} was changed since it was begun", file);
+    return fmt::format("{} was changed since it was started", file);
   return {};
 }
 

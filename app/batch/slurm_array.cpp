@@ -94,7 +94,7 @@ std::string submit(const Batch& batch, const SlurmRequest& wanted, const std::ve
   command.push_back((folder / "job.sh").string());
   const hal::Finished said = hal::run_to_end({.command = command});
   if (said.status == 127)
-    throw hal::ConfigError("--slurm: there is no sbatch here; install slurm-client, or leave --slurm out");
+    throw hal::ConfigError("--slurm: sbatch is not installed; install slurm-client, or omit --slurm");
   if (said.status != 0) throw std::runtime_error(fmt::format("Slurm refused the job: {}", first_line(said.output)));
   // "12;cluster"
   std::string job = first_line(said.output);
@@ -124,7 +124,7 @@ std::string run_on_slurm(const Batch& batch, const SlurmRequest& wanted, hal::St
     line.done();
     return batch.open_runs(false).empty() ? "" : fmt::format("job {} is over", job);
   }
-  line.say(fmt::format("job {} goes on; the same command waits for it again, and scancel {} ends it", job, job));
+  line.say(fmt::format("job {} continues; repeat the command to wait for it, or end it with scancel {}", job, job));
   return "stopped";
 }
 

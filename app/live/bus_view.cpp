@@ -21,14 +21,14 @@ nlohmann::json BusView::about() {
 
 void BusView::command(const nlohmann::json&, view::Answer& answer) {
   answer.refuse(
-      "This page only shows the lab; commands are given at the page that the lab itself prints, or by arkmesh stop.");
+      "This page is read-only; give commands on the lab's own page, whose URL the lab prints, or with arkmesh stop.");
 }
 
 void BusView::request(const nlohmann::json& what, view::Answer& answer) {
   if (!what.contains("series"))
-    return answer.refuse("This lab runs now; what it did before is in its run folder: arkmesh view FOLDER.");
+    return answer.refuse("This lab is running; to see earlier moments, open its run folder: arkmesh view FOLDER.");
   if (!answer.done({{"series", feed_.history().series(name())}}))
-    answer.refuse("there is no room for the curves now; ask again later");
+    answer.refuse("the curves cannot be sent now; try again later");
 }
 
 }  // namespace arkmesh::app

@@ -75,7 +75,7 @@ EmulatorLink::~EmulatorLink() {
 void EmulatorLink::ask(std::string_view line, Heard heard) {
   std::erase_if(waiting_, [](const auto& one) { return one.expired(); });
   if (waiting_.size() >= max_waiting)
-    return heard("error: the emulator has not answered what was said before; try again");
+    return heard("error: the emulator has not answered the previous command; try again");
   const auto question = std::make_shared<Question>(loop_, line, std::move(heard));
   waiting_.push_back(question);
   question->start(to_);

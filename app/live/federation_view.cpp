@@ -27,11 +27,11 @@ std::string name_of(const WatchedFederation& federation, const gateway::KeyFolde
   if (listing.own.size() == 1) return listing.own.front().lab;
   if (listing.own.empty())
     throw hal::ConfigError(
-        fmt::format("{} holds no key to watch with; make one: arkmesh keys init NAME; the labs then say: arkmesh keys "
-                    "trust NAME.crt",
+        fmt::format("{} holds no spectator key; create one with arkmesh keys init NAME, then have the labs run arkmesh "
+                    "keys trust NAME.crt",
                     federation.keys.path().string()));
-  throw hal::ConfigError(fmt::format("{} holds {} keys; say whose is to be used: --as {}",
-                                     federation.keys.path().string(), listing.own.size(), listing.own.front().lab));
+  throw hal::ConfigError(fmt::format("{} holds {} keys; choose one: --as {}", federation.keys.path().string(),
+                                     listing.own.size(), listing.own.front().lab));
 }
 
 std::vector<std::string> trusted_labs(const WatchedFederation& federation, const gateway::KeyFolder::Listing& listing) {
@@ -39,10 +39,9 @@ std::vector<std::string> trusted_labs(const WatchedFederation& federation, const
   for (const gateway::Certificate& each : listing.trusted) labs.push_back(each.lab);
   std::ranges::sort(labs);
   if (labs.empty())
-    throw hal::ConfigError(
-        fmt::format("{} trusts no lab, so nothing can be shown; get the labs' certificates and say: "
-                    "arkmesh keys trust LAB.crt",
-                    federation.keys.path().string()));
+    throw hal::ConfigError(fmt::format(
+        "{} trusts no lab, so there is nothing to show; get the labs' certificates and run arkmesh keys trust LAB.crt",
+        federation.keys.path().string()));
   return labs;
 }
 
@@ -71,16 +70,15 @@ nlohmann::json FederationView::about() {
 }
 
 void FederationView::command(const nlohmann::json&, view::Answer& answer) {
-  answer.refuse("This page only watches; commands are given where the labs run.");
+  answer.refuse("This page is read-only; give commands where the labs run.");
 }
 
 void FederationView::request(const nlohmann::json& what, view::Answer& answer) {
-  if (!what.contains("series"))
-    return answer.refuse("These labs run now; what they did before is in their run folders.");
+  if (!what.contains("series")) return answer.refuse("These labs are running; their past is in their run folders.");
   nlohmann::json all = nlohmann::json::array();
   for (const std::string& lab : labs_)
     for (auto& row : feeds_.at(lab).history().series(lab)) all.push_back(std::move(row));
-  if (!answer.done({{"series", all}})) answer.refuse("there is no room for the curves now; ask again later");
+  if (!answer.done({{"series", all}})) answer.refuse("the curves cannot be sent now; try again later");
 }
 
 void FederationView::refresh() {

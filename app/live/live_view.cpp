@@ -211,7 +211,7 @@ LiveView::LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::S
     const bool obeys = lab::obeys(status, own);
     if (std::exchange(obeys_.try_emplace(lab, true).first->second, obeys) == obeys) return;
     eyes_.front()->tell(obeys ? fmt::format("{} obeys the operator of {} now", lab, own)
-                              : "STOP of all labs does not reach all: " + lab::not_obeyed(lab, own));
+                              : "STOP of all labs does not reach every lab: " + lab::not_obeyed(lab, own));
   });
 }
 
@@ -253,10 +253,10 @@ void LiveView::request(const json& what, view::Answer& answer) {
     json all = json::array();
     for (const auto& eye : eyes_)
       for (json& one : eye->series()) all.push_back(std::move(one));
-    if (!answer.done({{"series", all}})) answer.refuse("there is no room for the curves now; ask again later");
+    if (!answer.done({{"series", all}})) answer.refuse("the curves cannot be sent now; try again later");
     return;
   }
-  answer.refuse("This lab runs now; what it did before is in its run folder: arkmesh view FOLDER.");
+  answer.refuse("This lab is running; to see earlier moments, open its run folder: arkmesh view FOLDER.");
 }
 
 // One of the shared world that another process runs.
@@ -308,7 +308,7 @@ void LiveView::command(const json& what, view::Answer& answer) try {
     answer.done();
     return;
   }
-  refuse(what, "unknown", "There is no such command; there are stop, pause, resume, reset, arm and disarm.", answer);
+  refuse(what, "unknown", "Unknown command; commands are stop, pause, resume, reset, arm and disarm.", answer);
 } catch (const std::runtime_error&) {
   refused(what, "unknown", {});
   throw;
@@ -333,7 +333,7 @@ std::size_t LiveView::lab_of(const json& what) const {
   const auto number = what.find("lab");
   if (number == what.end() && labs_.size() == 1) return 0;
   if (number == what.end() || !number->is_number_unsigned() || *number >= labs_.size())
-    throw std::runtime_error("There is no such lab; 'lab' is its number in the list of labs, from 0.");
+    throw std::runtime_error("Unknown lab; 'lab' is its number in the list of labs, from 0.");
   return number->get<std::size_t>();
 }
 

@@ -28,10 +28,10 @@ struct Button {
   const char *name, *words, *title;
 };
 constexpr std::array buttons = {
-    Button{"pause", "Pause", "Time stands still (key P)"},
-    Button{"resume", "Resume", "Time goes on (key R)"},
-    Button{"restart", "Restart", "Begin anew with the same seed, and with the program as its files are now"},
-    Button{"next_seed", "Next seed", "Begin anew with the next seed"},
+    Button{"pause", "Pause", "Pause (key P)"},
+    Button{"resume", "Resume", "Resume (key R)"},
+    Button{"restart", "Restart", "Restart with the same seed and the current program files"},
+    Button{"next_seed", "Next seed", "Restart with the next seed"},
     Button{"slower", "Slower", "Half as fast"},
     Button{"faster", "Faster", "Twice as fast"}};
 
@@ -92,7 +92,7 @@ void SwarmView::step() {
   if (due_ < time_.now() - behind_at_most) due_ = time_.now();
   show_text();
   if (is_over()) {
-    server_.tell(0, now_.count(), fmt::format("over: {} s have passed", *options_.seconds));
+    server_.tell(0, now_.count(), fmt::format("ended after {} s", *options_.seconds));
     refresh();
   }
 }
@@ -148,7 +148,7 @@ void SwarmView::show_text() {
 }
 
 std::string SwarmView::state() const {
-  const std::string of = fmt::format("seed {}, at most {:g} times life speed", options_.swarm.seed, options_.pace);
+  const std::string of = fmt::format("seed {}, at most {:g}x real time", options_.swarm.seed, options_.pace);
   if (!failure_.empty()) return fmt::format("{}: {}", of, failure_);
   return fmt::format("{}: {}", paused_ ? "paused" : is_over() ? "over" : "running", of);
 }
@@ -196,15 +196,15 @@ void SwarmView::command(const json& what, view::Answer& answer) {
     options_.pace = std::clamp(wish == "slower" ? options_.pace / 2 : options_.pace * 2, slowest, fastest);
     due_ = time_.now();
   } else {
-    return answer.refuse("There is no such command; there are pause, resume, restart, next_seed, slower and faster.");
+    return answer.refuse("Unknown command; commands are pause, resume, restart, next_seed, slower and faster.");
   }
   refresh();
   answer.done();
 }
 
 void SwarmView::request(const json& what, view::Answer& answer) {
-  if (!what.contains("series")) return answer.refuse("This swarm runs now; what it did before is not kept.");
-  if (!answer.done({{"series", json::array()}})) answer.refuse("there is no room for an answer now; ask again later");
+  if (!what.contains("series")) return answer.refuse("This swarm is running; its past is not kept.");
+  if (!answer.done({{"series", json::array()}})) answer.refuse("the answer cannot be sent now; try again later");
 }
 
 }  // namespace arkmesh::app

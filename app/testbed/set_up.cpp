@@ -14,7 +14,7 @@ testbed::SetUpArena make_set_up_arena(const std::string& file, const std::vector
   const auto run = config.root().read<lab::RunConfig>();
   const hal::ArenaRow& row = chosen_arena(arena);
   if (row.robots == Robots::none)
-    arena.refuse("use", "has no robots to talk to; take \"kilobot\", \"emulated\" or \"ode\"");
+    arena.refuse("use", "has no robots to talk to; use \"kilobot\", \"emulated\" or \"ode\"");
   const hal::ArenaRequest request{.lab = run.lab, .seed = run.seed, .set_up = true, .program = program};
   return testbed::SetUpArena(row.make(arena, request), row.robots == Robots::simulated, run.seed, stop);
 }

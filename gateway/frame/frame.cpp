@@ -184,15 +184,15 @@ std::optional<FrameDecoder::Frame> FrameDecoder::next(std::span<const std::byte>
 bool FrameDecoder::check_header(std::span<const std::byte> header) {
   const std::uint32_t length = load(header.data()), kind = load(header.data() + 4);
   if (load(header.data() + header_crc_at) != crc32c(header.first(header_crc_at))) {
-    fail(Fault::bad_header, "the bytes received are no frame of this protocol, or are damaged");
+    fail(Fault::bad_header, "the received bytes are damaged or not of this protocol");
     return false;
   }
   if (kind < static_cast<std::uint32_t>(FrameKind::hello) || kind > static_cast<std::uint32_t>(FrameKind::channels)) {
-    fail(Fault::bad_kind, fmt::format("a frame of unknown kind {} came", kind));
+    fail(Fault::bad_kind, fmt::format("received a frame of unknown kind {}", kind));
     return false;
   }
   if (length > max_payload_bytes_) {
-    fail(Fault::bad_length, fmt::format("a frame of {} bytes came; the limit is {}", length, max_payload_bytes_));
+    fail(Fault::bad_length, fmt::format("received a frame of {} bytes; the limit is {}", length, max_payload_bytes_));
     return false;
   }
   payload_bytes_ = length;
@@ -202,7 +202,7 @@ bool FrameDecoder::check_header(std::span<const std::byte> header) {
 
 std::optional<FrameDecoder::Frame> FrameDecoder::finish(std::span<const std::byte> whole) {
   if (load(whole.data() + frame_crc_at) != frame_crc(whole)) {
-    fail(Fault::bad_checksum, "a damaged frame came (checksum)");
+    fail(Fault::bad_checksum, "received a damaged frame (checksum)");
     return {};
   }
   return Frame{kind_, whole.subspan(frame_header_bytes)};

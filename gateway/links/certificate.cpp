@@ -86,7 +86,7 @@ std::string name_in(const X509& certificate) {
 
 Certificate read_certificate(std::string_view pem) {
   const X509Pointer parsed = parse_certificate(pem);
-  if (!parsed) throw hal::ConfigError("is no certificate; it is what `arkmesh keys init LAB` makes, a file LAB.crt");
+  if (!parsed) throw hal::ConfigError("is not a certificate; give the file LAB.crt that `arkmesh keys init LAB` makes");
   Certificate certificate{.lab = name_in(*parsed), .until = end_of(*parsed)};
   if (certificate.lab.empty())
     throw hal::ConfigError("is not the certificate of a lab: its name (CN) is no lab's name");

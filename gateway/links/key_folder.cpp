@@ -83,8 +83,8 @@ KeyFolder::Own KeyFolder::own(const std::string& lab) const {
   const X509Pointer parsed = parse_certificate(certificate->pem);
   if (!key) throw hal::ConfigError(fmt::format("{} is no private key", key_file(folder_, lab).string()));
   if (certificate->lab != lab || X509_check_private_key(parsed.get(), key.get()) != 1)
-    throw hal::ConfigError(fmt::format("{} and {} do not belong together", key_file(folder_, lab).string(),
-                                       certificate_file(lab).string()));
+    throw hal::ConfigError(
+        fmt::format("{} and {} do not match", key_file(folder_, lab).string(), certificate_file(lab).string()));
   return {std::move(*key_pem), std::move(*certificate)};
 }
 

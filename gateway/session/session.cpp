@@ -172,13 +172,13 @@ void Session::on_frame(const FrameDecoder::Frame& frame) {
         peer_.channels = std::move(*channels);
         return;
       }
-      return end("session.closed.bad_channels", "a malformed list of channels came");
+      return end("session.closed.bad_channels", "received a malformed list of channels");
     case FrameKind::ack:
       if (const auto received = read_acknowledgement(frame.payload)) return on_acknowledged(*received);
-      return end("session.closed.bad_ack", "a malformed acknowledgement came");
+      return end("session.closed.bad_ack", "received a malformed acknowledgement");
     default:
       if (const auto heartbeat = read_heartbeat(frame.payload)) return on_heartbeat(*heartbeat);
-      return end("session.closed.bad_heartbeat", "a malformed heartbeat came");
+      return end("session.closed.bad_heartbeat", "received a malformed heartbeat");
   }
 }
 
@@ -186,18 +186,19 @@ void Session::on_piece(const FrameDecoder::Frame& frame) {
   received_.bytes += frame_header_bytes + frame.payload.size();
   const auto payload = assembler_.take(frame, max_message_bytes_ + message_overhead_bytes);
   if (assembler_.overflowed())
-    return end("session.closed.bad_length", fmt::format("a message of more than {} bytes came", max_message_bytes_));
+    return end("session.closed.bad_length",
+               fmt::format("received a message of more than {} bytes", max_message_bytes_));
   if (!payload) return;
   ++received_.messages;
   const auto message = read_message(*payload);
-  if (!message) return end("session.closed.bad_message", "a message without channel came");
+  if (!message) return end("session.closed.bad_message", "received a message without channel");
   owner_->on_message(*this, *message);
 }
 
 void Session::on_acknowledged(const Acknowledgement& received) {
   const bool in_order = received.messages >= delivered_ && window_.acknowledged(received.bytes, now());
   if (!in_order || !outbox_->acknowledged(static_cast<std::size_t>(received.messages - delivered_)))
-    return end("session.closed.bad_ack", "the peer acknowledged what was never sent");
+    return end("session.closed.bad_ack", "the peer acknowledged messages that were never sent");
   delivered_ = received.messages;
   if (outbox_->waiting_messages() > 0) flush_soon();
 }

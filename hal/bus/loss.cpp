@@ -34,17 +34,16 @@ std::vector<std::string> loss_words(const Counters& counters, const std::string&
   const std::uint64_t sent = count("infrared.sent"), deaf = count("infrared.pairs.deaf");
   const bool refused =
       say_most(count("infrared.refused.crc"), sent, "infrared messages refused",
-               "their checksum is not that of what is sent; a robot refuses them, ARGoS does not check");
+               "their checksum does not match their content; a robot refuses them, ARGoS does not check");
   if (!say_most(count("infrared.refused.type"), sent, "infrared messages kept from programs",
                 "types above 127 belong to robots' firmware; ARGoS passes them on") &&
       !refused && deaf > 0)
-    out.push_back(fmt::format(
-        "{} of {} pairs in reach heard nothing of each other for a minute or longer: {}", deaf,
-        count("infrared.pairs.in_reach"),
-        count("infrared.lost.crowded") > 0
-            ? "by ARGoS's rules a robot hears four messages in a tick, those of the first robots"
-            : "mostly two senders that do not hear each other spoil each other's messages, or the overhead controller "
-              "speaks all the time"));
+    out.push_back(fmt::format("{} of {} pairs in reach heard nothing of each other for a minute or longer: {}", deaf,
+                              count("infrared.pairs.in_reach"),
+                              count("infrared.lost.crowded") > 0
+                                  ? "by ARGoS's rules a robot hears four messages in a tick, those of the first robots"
+                                  : "usually two senders that do not hear each other collide, or the overhead "
+                                    "controller sends all the time"));
   const std::uint64_t bad = count("overhead.refused.crc") + count("overhead.distorted");
   say_most(bad, bad + count("overhead.heard"), "overhead messages refused",
            "copies are distorted or their checksum is wrong; packets that follow each other within 50 ms distort them");
@@ -53,10 +52,10 @@ std::vector<std::string> loss_words(const Counters& counters, const std::string&
       counters["to_robots.refused"], offered, "words to robots refused",
       "ids, kinds, values or types that the layout of words has no room for; to_robots.refused counts them by reason");
   if (replaced * 4 > offered)
-    out.push_back(fmt::format(
-        "{} of {} words to robots replaced by newer ones before they were sent: they need {:.0f} % of the overhead "
-        "controller's airtime; say less, or less often",
-        replaced, offered, 100.0 * static_cast<double>(offered) / static_cast<double>(offered - replaced)));
+    out.push_back(
+        fmt::format("{} of {} words to robots replaced by newer ones before they were sent: they need {:.0f} % of the "
+                    "overhead controller's airtime; send less, or less often",
+                    replaced, offered, 100.0 * static_cast<double>(offered) / static_cast<double>(offered - replaced)));
   return out;
 }
 
@@ -66,14 +65,15 @@ std::string tracking_words(const Counters& counters, const std::string& prefix) 
                      static_cast<double>(counters[prefix + what]));
   };
   if (counters[prefix + "track.places"] == 0) return {};
-  std::string words = fmt::format(
-      "followed robots were seen {:.2f} mm from where their motion let expect them, {:.2f} times as far as stated",
-      root_mean("track.places", ".off_um2", 1e-6), root_mean("track.places", ".misfit", 0.01));
+  std::string words =
+      fmt::format("tracked robots were seen {:.2f} mm from their predicted places, {:.2f} times the stated deviation",
+                  root_mean("track.places", ".off_um2", 1e-6), root_mean("track.places", ".misfit", 0.01));
   if (counters[prefix + "track.headings"] > 0)
     words += fmt::format("; their LEDs {:.1f} degrees, {:.2f} times",
                          root_mean("track.headings", ".off_mrad2", 1e-6) * 180 / std::numbers::pi,
                          root_mean("track.headings", ".misfit", 0.01));
-  return words + fmt::format("; {} had been taken for another", counted(counters[prefix + "track.renamed"], "robot"));
+  return words +
+         fmt::format("; {} had been mistaken for another", counted(counters[prefix + "track.renamed"], "robot"));
 }
 
 }  // namespace arkmesh::hal

@@ -267,7 +267,7 @@ std::vector<std::string> Section::names(std::vector<std::string> have) const {
   if (!is_filling()) return have;
   for (const auto& [name, node] : state_->table(*this)) {
     if (name.str().find_first_of(".[") != std::string_view::npos)
-      refuse("", fmt::format("'{}' is no name; use letters, digits, '_' and '-'", name.str()));
+      refuse("", fmt::format("'{}' is not a valid name; use letters, digits, '_' and '-'", name.str()));
     if (std::ranges::find(have, name.str()) == have.end()) have.emplace_back(name.str());
   }
   return have;

@@ -54,7 +54,7 @@ toml::table parse(std::string_view text, const std::string& source) {
   } catch (const toml::parse_error& error) {
     if (const std::string end = fs::path(source).extension();
         !source.starts_with(override_mark) && !end.empty() && end != ".toml")
-      fail(source, "is no configuration, whose name ends in .toml; give that of a lab, such as shark.toml");
+      fail(source, "is not a configuration (.toml); give that of a lab, such as shark.toml");
     fail(to_text(error.source()), fmt::format("not valid TOML: {}", error.description()));
   } catch (const BrokenAssumption&) {
     fail(source, "not valid TOML; look for stray characters in [table] headers and keys");
@@ -66,7 +66,7 @@ std::string read_file(const fs::path& file, const std::string& place) {
   std::error_code ignored;
   const fs::file_status status = fs::status(file, ignored);
   if (!fs::exists(status)) fail(place, fmt::format("there is no file {}", file.string()));
-  if (!fs::is_regular_file(status)) refuse("is not a file with text in it");
+  if (!fs::is_regular_file(status)) refuse("is not a text file");
   std::ifstream in(file, std::ios::binary);
   std::string text(max_file_bytes + 1, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));

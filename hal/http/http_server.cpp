@@ -93,11 +93,11 @@ void HttpConnection::read(error_code error) {
     return refuse(431, "refused.request_too_long", "The request is too long.\n");
   if (error == http::error::end_of_stream || error == http::error::partial_message) return leave();
   if (error && error.category() == error_code(http::error::bad_method).category())
-    return refuse(400, "refused.no_http", "This is no HTTP request.\n");
+    return refuse(400, "refused.no_http", "This is not an HTTP request.\n");
   if (error) return leave();
   served_ = true;
   if (message().count(http::field::host) > 1 || message().count(http::field::origin) > 1)
-    return refuse(400, "refused.no_http", "The request has a header twice.\n");
+    return refuse(400, "refused.no_http", "The request repeats a header.\n");
   const auto header = [&](http::field name) { return view_of(message()[name]); };
   HttpRequest request{.method = view_of(message().method_string()),
                       .path = view_of(message().target()),

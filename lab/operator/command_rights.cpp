@@ -28,7 +28,7 @@ bool is_for_lab(int command) {
 std::optional<Refusal> unknown(int command, fleet_command_t message) {
   message.command = static_cast<std::uint8_t>(command);
   if (is_for_lab(command) || hal::from_message(message)) return {};
-  return Refusal{"unknown", "it is no command that this version knows"};
+  return Refusal{"unknown", "this version does not know the command"};
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ std::optional<Refusal> CommandRights::forbidden(const std::string& peer, const o
                    fmt::format("safety.commands_from does not name {}", hal::printable(peer, hal::max_lab_name))};
   const int command = message.command.command;
   if (command != operator_command_t::stop && command != fleet_command_t::pause && command != fleet_command_t::run)
-    return Refusal{"not_for_peers", "other labs may pause and resume robots, and end the run, no more"};
+    return Refusal{"not_for_peers", "other labs may only pause and resume robots, and end the run"};
   if (command != fleet_command_t::run) return {};  // who makes robots stand need not wait for anybody
   if (!armed_)
     return Refusal{"not_armed",
@@ -101,7 +101,7 @@ std::optional<Refusal> CommandRights::forbidden(const std::string& peer, const o
 std::optional<Refusal> CommandRights::unfit(const Giver& giver, const operator_command_t& message, Now now) const {
   if (message.run_id != run_id_) return Refusal{"other_run", "it was given to another run of this lab"};
   if (Now(message.clock_us) > now || Now(message.clock_us) < now - too_old_after)
-    return Refusal{"too_old", "it comes more than 30 s after it was given"};
+    return Refusal{"too_old", "it is more than 30 s old"};
   if (giver.used.contains(message.number)) return Refusal{"replayed", "it was given before"};
   return unknown(message.command.command, message.command);
 }
@@ -126,7 +126,7 @@ std::optional<Refusal> CommandRights::unproved(const operator_command_t& message
     if (no_key_.empty() && good()) return {};
   }
   if (!no_key_.empty()) return Refusal{"no_key", no_key_};
-  return Refusal{"bad_proof", fmt::format("it does not prove that this user gave it, by {}", key_.file().string())};
+  return Refusal{"bad_proof", fmt::format("it is not proved by this user's key, {}", key_.file().string())};
 }
 
 std::optional<Refusal> CommandRights::unsigned_by(const std::string& peer, const operator_command_t& message, Now now) {

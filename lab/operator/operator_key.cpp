@@ -39,7 +39,7 @@ OperatorKey::OperatorKey(std::filesystem::path file) : file_(std::move(file)) {
 }
 
 bool OperatorKey::make() const {
-  if (file_.empty()) throw hal::ConfigError("no folder for the key of operators: the variable HOME is not set");
+  if (file_.empty()) throw hal::ConfigError("no folder for the operator key: the variable HOME is not set");
   std::error_code error;
   if (std::filesystem::exists(file_, error)) return false;
   std::array<std::uint8_t, key_bytes> key{};
@@ -54,12 +54,12 @@ bool OperatorKey::make() const {
 void OperatorKey::read() {
   const auto text = file_.empty() ? std::nullopt : hal::read_guarded(file_, true);
   if (!text)
-    throw hal::ConfigError(fmt::format("there is no key of operators{}; arkmesh pause and the like make it",
+    throw hal::ConfigError(fmt::format("there is no operator key{}; arkmesh pause and similar commands create it",
                                        file_.empty() ? "" : " " + file_.string()));
   std::vector<std::uint8_t> key = key_in(*text);
   if (key.empty())
     throw hal::ConfigError(
-        fmt::format("{} is no key of operators; remove it, and the next command makes another", file_.string()));
+        fmt::format("{} is not an operator key; remove it, and the next command creates another", file_.string()));
   key_ = std::move(key);
 }
 

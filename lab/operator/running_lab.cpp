@@ -98,15 +98,14 @@ std::string RunningLab::tell(std::uint8_t command, const std::function<void(oper
     if (!comes_to(3400ms, answered)) continue;
     if (!answer_ || answer_->refusal.empty()) return {};
     const std::string refusal = answer_->refusal;
-    why = fmt::format("{} refused it: {}; it says why, and docs/security.md what to do", name(),
+    why = fmt::format("{} refused the command: {}; its log says why, and docs/security.md what to do", name(),
                       hal::printable(refusal, 60));
     if (refusal != "too_often" && refusal != "too_old") break;
     comes_to(1s, [] { return false; });  // it may do it then
   }
   if (!why.empty()) return why;
   if (other_) return not_reached(name()) + " (docs/security.md)";
-  return fmt::format("{} has not answered within 10 s; its robots are paused by hand with: arkmesh ohc PORT pause",
-                     name());
+  return fmt::format("{} has not answered within 10 s; to pause its robots by hand: arkmesh ohc PORT pause", name());
 }
 
 }  // namespace arkmesh::lab

@@ -75,7 +75,7 @@ void StatusListener::listen_first(hal::StopRequest& stop) {
     bus_.drain(20ms);
   if (!stop.stopped() && !lab_.newest && !gateway_.newest)
     throw std::runtime_error(fmt::format(
-        "neither a lab nor a gateway speaks on {}; are they running, and is this their file? (arkmesh status --help)",
+        "neither a lab nor a gateway is heard on {}; are they running, and is this their file? (arkmesh status --help)",
         url_));
 }
 

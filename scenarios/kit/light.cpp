@@ -25,7 +25,8 @@ Light::Light(Settings settings) : settings_(std::move(settings)) {
   for (const Beam& beam : settings_.beams) {
     if (beam.path.empty()) throw std::invalid_argument("a beam needs one place at least in its path");
     if (!(beam.radius_m > 0) || !std::isfinite(beam.radius_m))
-      throw std::invalid_argument(fmt::format("a beam's radius of {:g} m is none; give a positive one", beam.radius_m));
+      throw std::invalid_argument(
+          fmt::format("a beam's radius of {:g} m is not possible; give a positive one", beam.radius_m));
     if (!(beam.speed_m_s >= 0) || !std::isfinite(beam.speed_m_s) || !std::isfinite(beam.level))
       throw std::invalid_argument("a beam's speed is 0 or more, and its level a number");
   }

@@ -29,7 +29,7 @@ Readings::Readings(double every_s, std::vector<Column> columns, std::uint64_t se
     throw std::invalid_argument(fmt::format("every {:g} s is no rate of readings; give 0 to 1e6 s", every_s));
   for (const Column& column : columns_)
     if (!(column.noise >= 0) || !std::isfinite(column.noise))
-      throw std::invalid_argument(fmt::format("noise of {:g} is none; give 0 or more", column.noise));
+      throw std::invalid_argument(fmt::format("noise of {:g} is not possible; give 0 or more", column.noise));
   every_ = hal::LabTime{std::llround(every_s * 1e6)};
 }
 

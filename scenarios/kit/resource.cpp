@@ -12,7 +12,8 @@ namespace arkmesh::scenarios::kit {
 
 Resource::Resource(const Settings& settings) : settings_(settings), stock_(settings.capacity) {
   if (!(settings.capacity > 0) || !std::isfinite(settings.capacity))
-    throw std::invalid_argument(fmt::format("a capacity of {:g} is none; give a positive one", settings.capacity));
+    throw std::invalid_argument(
+        fmt::format("a capacity of {:g} is not possible; give a positive one", settings.capacity));
   for (const double value : {settings.growth_per_s, settings.rate_per_s, settings.regrows_at_once_below})
     if (!(value >= 0) || !std::isfinite(value))
       throw std::invalid_argument(fmt::format("{:g} is no rate of a resource; give 0 or more", value));

@@ -118,11 +118,11 @@ std::span<const Surroundings::Disc> Surroundings::discs_near(double x_m, double 
 
 Sectors::Sectors(const Settings& settings) : settings_(settings) {
   if (settings.count < 1 || settings.count > 16)
-    throw std::invalid_argument(fmt::format("a sensor of {} sectors is none; give 1 to 16", settings.count));
+    throw std::invalid_argument(fmt::format("a sensor of {} sectors is not possible; give 1 to 16", settings.count));
   if (!(settings.reach_m > 0) || !std::isfinite(settings.reach_m))
-    throw std::invalid_argument(fmt::format("a reach of {} m is none; give a positive one", settings.reach_m));
+    throw std::invalid_argument(fmt::format("a reach of {} m is not possible; give a positive one", settings.reach_m));
   if (settings.levels < 1 || settings.levels > 255)
-    throw std::invalid_argument(fmt::format("{} levels are none; give 1 to 255", settings.levels));
+    throw std::invalid_argument(fmt::format("{} levels are not possible; give 1 to 255", settings.levels));
 }
 
 std::vector<double> Sectors::half_planes_m(const hal::Pose& robot, const Surroundings& what) const {

@@ -93,7 +93,7 @@ TEST_CASE("identify names those who are missing") {
   CHECK(nobody.code == 1);
   CHECK(rows(nobody) == 0);
   CHECK(says(nobody, "not found: 0-2"));
-  CHECK(says(nobody, "nameless"));
+  CHECK(says(nobody, "unnamed"));
 }
 
 TEST_CASE("assign-ids gives ids") {

@@ -121,13 +121,13 @@ TEST_CASE("a damaged picture in a folder is named and left out, and the others a
   const Ran single = track({(folder.path() / "clip").string()});
   CAPTURE(single.output);
   CHECK(single.code == 1);
-  CHECK(single.output.find("bodyguard_f005.png is damaged or no picture") != std::string::npos);
+  CHECK(single.output.find("bodyguard_f005.png is damaged or not a picture") != std::string::npos);
   CHECK(single.output.find("bodyguard_f010.png:\n28 robots") != std::string::npos);
   const std::string csv = (folder.path() / "rows.csv").string();
   const Ran clip = track({(folder.path() / "clip").string(), "--csv", csv});
   CAPTURE(clip.output);
   CHECK(clip.code == 1);
-  CHECK(clip.output.find("bodyguard_f005.png is damaged or no picture") != std::string::npos);
+  CHECK(clip.output.find("bodyguard_f005.png is damaged or not a picture") != std::string::npos);
   std::ifstream rows(csv);
   const std::string text(std::istreambuf_iterator<char>(rows), {});
   CHECK(std::count(text.begin(), text.end(), '\n') == 1 + 2 * 28);

@@ -146,7 +146,7 @@ TEST_CASE("lengths are checked before memory is asked for") {
     FrameDecoder decoder(100);
     decode(decoder, header(length, 2), [] { return 5; });
     CHECK(decoder.fault() == Fault::bad_length);
-    CHECK(decoder.error() == "a frame of " + std::to_string(length) + " bytes came; the limit is 100");
+    CHECK(decoder.error() == "received a frame of " + std::to_string(length) + " bytes; the limit is 100");
     CHECK(decoder.held_bytes() == 0);
   }
   FrameDecoder decoder(100);

@@ -103,10 +103,10 @@ TEST_CASE("what is no certificate is refused in one sentence") {
   std::string flipped = pem;
   flipped[flipped.find('\n') + 100] ^= 1;
   const std::pair<fs::path, std::string> table[] = {
-      {folder.write("empty", ""), "is no certificate"},
-      {folder.write("garbage", std::string(500, '\xff')), "is no certificate"},
-      {folder.write("cut", pem.substr(0, pem.size() / 2)), "is no certificate"},
-      {folder.write("key", key), "is no certificate"},
+      {folder.write("empty", ""), "is not a certificate"},
+      {folder.write("garbage", std::string(500, '\xff')), "is not a certificate"},
+      {folder.write("cut", pem.substr(0, pem.size() / 2)), "is not a certificate"},
+      {folder.write("key", key), "is not a certificate"},
       {folder.write("flipped", flipped), "flipped"},
       {folder.write("huge", pem + std::string(1 << 20, ' ')), "is longer than 16384 bytes"},
       {folder.write("name", make_certificate(key, "Not A Lab")), "is not the certificate of a lab"},
@@ -142,7 +142,7 @@ TEST_CASE("a file of the folder that is damaged trusts nobody and is named") {
   CHECK(listing.trusted[0].lab == "roark");
   REQUIRE(listing.damaged.size() == 2);
   CHECK(listing.damaged[0].find("lynx.crt is of lab roark; it does not count") != std::string::npos);
-  CHECK(listing.damaged[1].find("mole.crt is no certificate") != std::string::npos);
+  CHECK(listing.damaged[1].find("mole.crt is not a certificate") != std::string::npos);
   const std::string before = keys.stamp();
   CHECK(keys.stamp() == before);
   keys.revoke("roark");

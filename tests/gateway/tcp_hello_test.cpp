@@ -255,7 +255,7 @@ TEST_CASE("a frame of 4 GiB costs nothing") {
   peer->say(header);
   REQUIRE(run_until(shark.io, [&] { return peer->closed; }));
   CHECK(shark.count("session.closed.bad_length") == 1);
-  CHECK(shark.link->stats().why == "a frame of 4294967295 bytes came; the limit is 16384");
+  CHECK(shark.link->stats().why == "received a frame of 4294967295 bytes; the limit is 16384");
 }
 
 TEST_CASE("what a peer may say only after its hello, and only once") {

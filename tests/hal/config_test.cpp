@@ -324,7 +324,7 @@ TEST_CASE("bad files are refused with the line that asked") {
       {"include = [\"ring.toml\"]",
        "ring.toml:1: include = \"./lab.toml\": " + at + "lab.toml includes itself; remove one of the includes"},
       {many + "]", "lab.toml:1: include = \"leaf.toml\": more than 64 files included"},
-      {"include = [\".\"]", "lab.toml:1: include = \".\": " + at + " is not a file with text in it"},
+      {"include = [\".\"]", "lab.toml:1: include = \".\": " + at + " is not a text file"},
       {"include = [\"large.toml\"]",
        "lab.toml:1: include = \"large.toml\": " + at + "large.toml is larger than 1 MiB; is it a configuration?"},
       {"include = [\"broken.toml\"]", "broken.toml:3: not valid TOML: "},

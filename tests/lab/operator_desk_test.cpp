@@ -129,7 +129,7 @@ TEST_CASE("what the own operator says in the lab's process needs no proof, and i
   CHECK(bench.desk.armed());
   CHECK(bench.desk.perform(pause_robots, bench.now += 1ms).empty());
   CHECK_FALSE(bench.desk.armed());  // as whenever the own operator pauses
-  CHECK(bench.desk.perform(200, bench.now += 1ms).find("no command that this version knows") != std::string::npos);
+  CHECK(bench.desk.perform(200, bench.now += 1ms).find("this version does not know the command") != std::string::npos);
   CHECK(bench.refused("unknown") == 1);
   bench.hear(command_for_a(bench.key, run, 1));  // numbers of those with a proof go on
   CHECK(bench.taken() == std::vector<int>{pause_robots, run});
@@ -324,7 +324,7 @@ TEST_CASE("the audit has a line for each command, and only the first thousand of
 TEST_CASE("the key of operators is made once, and refused when others can read it") {
   const TemporaryDirectory folder;
   lab::OperatorKey key(folder.path() / "keys/operator.key"), same(key.file());
-  CHECK(key_refusal([&] { key.read(); }).find("there is no key of operators") == 0);
+  CHECK(key_refusal([&] { key.read(); }).find("there is no operator key") == 0);
   const mode_t before = ::umask(0);
   key.make();
   ::umask(before);

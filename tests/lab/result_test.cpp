@@ -103,10 +103,10 @@ TEST_CASE("words say which messages were mostly lost, with reason and cause, and
   CHECK(words({{"arena.infrared.sent", 100}, {"arena.infrared.refused.crc", 50}}).empty());
   CHECK(words({{"to_robots.offered", 1000}, {"to_robots.replaced", 200}, {"to_robots.refused", 400}}).empty());
   only({{"arena.infrared.sent", 24'578}, {"arena.infrared.refused.crc", 24'578}, {"arena.infrared.pairs.deaf", 3}},
-       "24578 of 24578 infrared messages refused: their checksum is not that of what is sent");
+       "24578 of 24578 infrared messages refused: their checksum does not match their content");
   only({{"arena.infrared.sent", 9}, {"arena.infrared.refused.type", 9}}, "9 of 9 infrared messages kept from programs");
   only({{"arena.infrared.sent", 999}, {"arena.infrared.pairs.in_reach", 684}, {"arena.infrared.pairs.deaf", 26}},
-       "26 of 684 pairs in reach heard nothing of each other for a minute or longer: mostly two");
+       "26 of 684 pairs in reach heard nothing of each other for a minute or longer: usually two");
   only({{"arena.infrared.sent", 999}, {"arena.infrared.pairs.deaf", 26}, {"arena.infrared.lost.crowded", 1}},
        "26 of 0 pairs in reach heard nothing of each other for a minute or longer: by ARGoS's rules");
   only({{"arena.overhead.heard", 3}, {"arena.overhead.distorted", 9}}, "9 of 12 overhead messages refused");
@@ -123,15 +123,15 @@ TEST_CASE("a run with cameras ends with how well they followed the robots") {
   counters.set("arena.track.places.off_um2", 16'000'000);
   counters.set("arena.track.places.misfit", 2'500);
   CHECK(hal::tracking_words(counters, "arena.") ==
-        "followed robots were seen 0.40 mm from where their motion let expect them, 0.50 times as far as stated; "
-        "0 robots had been taken for another");
+        "tracked robots were seen 0.40 mm from their predicted places, 0.50 times the stated deviation; "
+        "0 robots had been mistaken for another");
   counters.set("arena.track.headings", 50);
   counters.set("arena.track.headings.off_mrad2", 125'000);
   counters.set("arena.track.headings.misfit", 20'000);
   counters.set("arena.track.renamed", 1);
   CHECK(hal::tracking_words(counters, "arena.") ==
-        "followed robots were seen 0.40 mm from where their motion let expect them, 0.50 times as far as stated; their "
-        "LEDs 2.9 degrees, 2.00 times; 1 robot had been taken for another");
+        "tracked robots were seen 0.40 mm from their predicted places, 0.50 times the stated deviation; their "
+        "LEDs 2.9 degrees, 2.00 times; 1 robot had been mistaken for another");
 }
 
 TEST_CASE("a joint result failed when any lab did, else it was stopped when any lab was, and names the lab") {

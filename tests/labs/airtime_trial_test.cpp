@@ -50,6 +50,6 @@ TEST_CASE("an arena that carries no messages has no airtime") {
     tried({"arena.use=\"null\""});
     FAIL("was tried");
   } catch (const hal::ConfigError& error) {
-    CHECK(std::string(error.what()).find("arena.use = \"null\": says nothing of its airtime") != std::string::npos);
+    CHECK(std::string(error.what()).find("arena.use = \"null\": has no airtime to report") != std::string::npos);
   }
 }

@@ -136,7 +136,7 @@ TEST_CASE("batch: impossible experiments are refused in one sentence that names 
   refused(begin + "[sweep]\ngate.slack = [1, 1]\n", "1 is there twice");
   refused(begin + "[sweep]\ngate.slack = \"many\"\n", "must be a range");
   refused(begin + "[sweep]\nrun.seed = [1, 2]\n", "the experiment's seeds");
-  refused(begin + "[set]\nshared.labs = [\"a\"]\n", "seeds and labs say it");
+  refused(begin + "[set]\nshared.labs = [\"a\"]\n", "seeds and labs determine it");
   refused(begin + "[sweep]\ngate.slack = [1]\n[choices.x.y]\ngate.slack = 2\n", "gate.slack is set by gate.slack");
   refused(begin + "choices = 3\n", "a choice is a table");
   refused(begin + "[choices]\nx = 3\n", "a choice is a table");
@@ -209,7 +209,7 @@ TEST_CASE("batch: labs' files with seeds are a plan of one setting") {
     CHECK(batch.plan.settings() == 1);
     CHECK(batch.plan.seeds == std::vector<std::int64_t>{4, 5, 6});
   }
-  CHECK_THROWS_WITH(app::read_batch_file({a, b}, "", {}), "labs' files name no seeds of a batch; add --seeds 1..20");
+  CHECK_THROWS_WITH(app::read_batch_file({a, b}, "", {}), "lab files contain no seeds; add --seeds 1..20");
   for (const std::vector<fs::path>& files : {std::vector{a, experiment}, {experiment, a}, {experiment, experiment}})
     CHECK_THROWS_WITH(app::read_batch_file(files, "1..2", {}),
                       (experiment.string() + ": has no [lab], so it is no lab's file; give one experiment file, or the "
@@ -235,12 +235,12 @@ TEST_CASE("batch: what differs from the beginning of a folder is named") {
     return app::difference(begun, now);
   };
   CHECK(with("arkmesh", "0.2") ==
-        "it was begun with arkmesh 0.1 (commit abc, Release), and this is arkmesh 0.2 (commit abc, Release)");
-  CHECK(with("labs", {"b"}) == "it was begun with other labs");
-  CHECK(with("seeds", {1}) == "it was begun with other seeds");
+        "it was started with arkmesh 0.1 (commit abc, Release), and this is arkmesh 0.2 (commit abc, Release)");
+  CHECK(with("labs", {"b"}) == "it was started with other labs");
+  CHECK(with("seeds", {1}) == "it was started with other seeds");
   CHECK(with("set", {"x=2"}).find("other settings of all runs") != std::string::npos);
   CHECK(with("factors", {1}).find("another grid") != std::string::npos);
   folder.write("a.toml", "b");
-  CHECK(app::difference(begun, begun) == lab + " was changed since it was begun");
+  CHECK(app::difference(begun, begun) == lab + " was changed since it was started");
   CHECK(app::difference({{"state", "finished"}}, begun) == "it holds no manifest of a batch");
 }

@@ -41,9 +41,8 @@ struct AddressesNobody {
 TEST_CASE("labs have as many robots as a scenario can speak to") {
   CHECK(refused(1023) == "");
   const std::string said = refused(1100);
-  CHECK(
-      said.find("arena.robots = 1100: only ids to 1022 can be spoken to one by one, which are 1023 of the 1100 robots, "
-                "and scenario dhtf does that; take 1023 robots at most") != std::string::npos);
+  CHECK(said.find("arena.robots = 1100: only ids up to 1022 can be addressed one by one, 1023 of the 1100 robots, "
+                  "and scenario dhtf does that; use at most 1023 robots") != std::string::npos);
   const AddressesNobody nobody;
   CHECK(refused(1100) == "");
 }
@@ -60,12 +59,12 @@ TEST_CASE("robots' messages have room for what a scenario says") {
 TEST_CASE("labs have as many robots as fit a message") {
   const AddressesNobody nobody;
   const std::string said = refused(40'000);
-  const auto at = said.find("take ");
+  const auto at = said.find("use at most ");
   REQUIRE(at != std::string::npos);
   CHECK(said.find("at most 983040 fit (gateway.max_message_bytes)") != std::string::npos);
-  const int fit = std::stoi(said.substr(at + 5));
+  const int fit = std::stoi(said.substr(at + 12));
   CHECK(refused(fit) == "");
   CHECK(refused(fit + 1).find("arena.robots") != std::string::npos);
   CHECK(refused(40'000, "gateway.max_message_bytes=2000000") == "");
-  CHECK(refused(70'000).find("ids to 65535 only; take 65536 robots at most") != std::string::npos);
+  CHECK(refused(70'000).find("ids up to 65535 only; use at most 65536 robots") != std::string::npos);
 }

@@ -62,7 +62,7 @@ TEST_CASE("wrong configuration is said in one sentence that names the key, with 
       {"arena.robots=3.5", {"arena.robots"}},
       {"arena.robots=5000", {"arena.robots", "too many"}},
       {"arena={use=\"null\",width_m=3,height_m=3,robots=1100}",
-       {"arena.robots", "only ids to 1022 can be spoken to", "scenario dhtf", "take 1023 robots at most"}},
+       {"arena.robots", "only ids up to 1022 can be addressed", "scenario dhtf", "use at most 1023 robots"}},
       {"run.duration_s=3.0", {"run.duration_s", "whole number of periods"}},
       {"run.scenario=\"chess\"", {"run.scenario", "dhtf"}},
       {"arena.use=\"moon\"", {"arena.use", "ode"}},
@@ -92,7 +92,7 @@ TEST_CASE("a lab with real robots refuses what only simulated ones have; one wit
       CHECK(said.code == 2);
       CHECK(one_sentence(said.text));
       CHECK(said.text.find(std::string(set).substr(0, 13)) != std::string::npos);
-      CHECK(said.text.find("remove it") != std::string::npos);
+      CHECK(said.text.find("remove this key") != std::string::npos);
     }
   const tests::TemporaryFolder folder;
   for (const std::string rules : {"robot", "argos"}) {
@@ -249,7 +249,8 @@ TEST_CASE("a command line that cannot be meant is refused with exit code 2") {
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Said said = say(arguments);
     CHECK(said.code == 2);
-    CHECK(said.text == "arkmesh: arkmesh run does one run; for many type: arkmesh batch " + labs + " --seeds 1..20\n");
+    CHECK(said.text ==
+          "arkmesh: arkmesh run performs one run; for several: arkmesh batch " + labs + " --seeds 1..20\n");
   }
   for (const char* command : {"run", "lab", "gateway", "doctor"}) {
     const Said said = say({command, "--help"});

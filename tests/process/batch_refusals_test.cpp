@@ -41,9 +41,9 @@ TEST_CASE("a batch refuses in one sentence what cannot be run, before anything s
   refused(small_labs + "seeds = 1\n[sweep]\ngate.period_s = [2, 2.0]\n", "2.0 is there twice");
   refused(small_labs + "seeds = 1\n[sweep]\nrun.duration_s = \"0..9223372036854775807 step 4611686018427387904\"\n",
           "run.duration_s = 0: must be between");  // both values fit into 64 bits, and neither is a duration
-  refused(small_labs + "seeds = 1\n[choices.seed.a]\n", "is another column of the table");
+  refused(small_labs + "seeds = 1\n[choices.seed.a]\n", "is already a column of the table");
   refused("labs = [\"/tmp\"]\nseeds = 1\n", "/tmp is a folder; name the lab's file");
-  refused("labs = [3]\nseeds = 1\n", "3 is no file's name");
+  refused("labs = [3]\nseeds = 1\n", "3 is not a file name");
   refused(small_batch, "the batch has the runs 0..15", {"--index", "16"});
   refused(small_batch, "holds no batch", {"--gather"});
   refused(small_batch, "holds no batch", {"--plot", "completed", "--over", "gate.period_s"});
@@ -63,10 +63,10 @@ TEST_CASE("a batch's folder is gone on with by the same experiment and version o
     CHECK(said.find(with) != std::string::npos);
     CHECK(said.find("give another folder with --out") != std::string::npos);
   };
-  refused(text + "gate.period_s = 1\n", "begun with other settings of all runs");
-  refused(text, "begun with other seeds", {"--seeds", "1..3"});
-  refused(text + "[sweep]\ngate.slack = [0, 1]\n", "begun with another grid");
-  refused(text + "# a word\n", "small.toml was changed since it was begun");
+  refused(text + "gate.period_s = 1\n", "started with other settings of all runs");
+  refused(text, "started with other seeds", {"--seeds", "1..3"});
+  refused(text + "[sweep]\ngate.slack = [0, 1]\n", "started with another grid");
+  refused(text + "# a word\n", "small.toml was changed since it was started");
   CHECK(bench.batch(bench.file(text), "out").first == 0);
   // from another folder, with relative names
   tests::Process elsewhere(
@@ -78,7 +78,7 @@ TEST_CASE("a batch's folder is gone on with by the same experiment and version o
   nlohmann::json other = nlohmann::json::parse(tests::read_file(manifest));
   other["arkmesh"] = "0.0.1";
   std::ofstream(manifest) << other;
-  refused(text, "it was begun with arkmesh 0.0.1");
+  refused(text, "it was started with arkmesh 0.0.1");
   // what there is can still be looked at
   CHECK(bench.batch(bench.file(text), "out", {"--gather"}).first == 0);
   fs::create_directory(bench.folder.path() / "full");
@@ -116,7 +116,7 @@ TEST_CASE("results and a manifest that somebody else wrote are no reason to cras
   const std::string said = words;
   CAPTURE(said);
   CHECK(code == 2);
-  CHECK(said.find("it was begun with arkmesh ? (commit ?, ?)") != std::string::npos);
+  CHECK(said.find("it was started with arkmesh ? (commit ?, ?)") != std::string::npos);
 }
 
 TEST_CASE("one run is done by one process at a time") {
@@ -129,7 +129,7 @@ TEST_CASE("one run is done by one process at a time") {
   first.signal(SIGSTOP);
   const auto [code, said] = bench.run(words);
   CHECK(code == 2);
-  CHECK(said.find("run 1 is under way in another process") != std::string::npos);
+  CHECK(said.find("run 1 is in progress in another process") != std::string::npos);
   first.signal(SIGCONT);
   CHECK(first.wait(300s) == 0);
 }
@@ -168,7 +168,7 @@ TEST_CASE("a run is repeated from its folder alone, also from a copy, and a diff
   CHECK(different.second.find("the first difference is in period ") != std::string::npos);
   // what cannot be repeated
   CHECK(rerun(copy, {"--out", copy.string()}).second.find("give an empty or new folder") != std::string::npos);
-  CHECK(rerun(out).second.find("say with --index") != std::string::npos);
+  CHECK(rerun(out).second.find("choose one of its runs with --index") != std::string::npos);
   CHECK(rerun(out, {"--index", "7"}).second.find("holds no result.json") != std::string::npos);
   fs::remove(copy / "shark/config.toml");
   CHECK(rerun(copy).second.find("the folders of all of its labs") != std::string::npos);
@@ -202,7 +202,7 @@ TEST_CASE("a robot's program is proved with what that robot got in a recorded ru
   CHECK(different.first == 1);
   CHECK(different.second.find("robot 1, tick ") != std::string::npos);
   CHECK(different.second.find("level is 7 on a robot and 8 here") != std::string::npos);
-  CHECK(prove({"--robot", "3"}).second.find("say which of the run's labs: ") != std::string::npos);
+  CHECK(prove({"--robot", "3"}).second.find("choose one of the run's labs: ") != std::string::npos);
   const auto nobody = prove({"--lab", "shark", "--robot", "4"});
   CHECK(nobody.first == 2);
   CHECK(nobody.second.find("lab shark has the robots 0 to 3") != std::string::npos);

@@ -205,7 +205,7 @@ TEST_CASE("a run whose process is killed is still to be done, the others go on, 
   CHECK(batch.wait(300s) == 1);
   const std::string said = batch.output();
   CAPTURE(said);
-  CHECK(said.find("run 1 (seed 2) did not finish: its process was killed from outside") != std::string::npos);
+  CHECK(said.find("run 1 (seed 2) did not finish: its process was killed") != std::string::npos);
   CHECK(said.find("1 run is unfinished; repeat the command to resume it") != std::string::npos);
   CHECK(said.find("2 of 3 runs finished, 0 failed") != std::string::npos);
   CHECK(nlohmann::json::parse(tests::read_file(out / "runs/00001/result.json")).at("state") == "killed");

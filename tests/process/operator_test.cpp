@@ -101,19 +101,19 @@ TEST_CASE("stop, pause, resume and reset reach a lab from another terminal") {
     return process.output();
   };
   CHECK(tell("pause", 0).starts_with("shark paused its robots at period"));
-  CHECK(tell("resume", 0).starts_with("shark lets its robots go on from period"));
+  CHECK(tell("resume", 0).starts_with("shark resumed its robots at period"));
   CHECK(tell("reset", 0).starts_with("shark reset its robots, which wait for resume, at period"));
   // Who cannot read the user's key is refused, in one sentence of the lab.
   const char* const before = std::getenv("XDG_CONFIG_HOME");
   const std::string home = before ? before : "";
   ::setenv("XDG_CONFIG_HOME", folder.path().c_str(), 1);
-  CHECK(tell("pause", 1).find("shark refused it: bad_proof") != std::string::npos);
+  CHECK(tell("pause", 1).find("shark refused the command: bad_proof") != std::string::npos);
   before ? ::setenv("XDG_CONFIG_HOME", home.c_str(), 1) : ::unsetenv("XDG_CONFIG_HOME");
-  CHECK(labs.lab_output("shark").find("does not prove that this user gave it") != std::string::npos);
+  CHECK(labs.lab_output("shark").find("is not proved by this user's key") != std::string::npos);
   CHECK(tell("stop", 0).starts_with("shark ended at period"));
   CHECK(labs.lab("shark").wait(300s) == 3);
   CHECK(labs.result("shark", "state") == "stopped");
-  CHECK(tell("stop", 1).find("no lab speaks on") != std::string::npos);
+  CHECK(tell("stop", 1).find("no lab is heard on") != std::string::npos);
 }
 
 TEST_CASE("a lab does not obey who cannot prove to be its operator, and its hash does not change") {
@@ -177,17 +177,19 @@ TEST_CASE("an operator pauses another lab that names it, and resumes it while it
     return process.output();
   };
   CHECK(tell({"pause", "--at", "shark"}, "roark", 0).starts_with("shark paused its robots at period"));
-  CHECK(tell({"resume", "--at", "shark"}, "roark", 1).find("shark refused it: not_armed") != std::string::npos);
+  CHECK(tell({"resume", "--at", "shark"}, "roark", 1).find("shark refused the command: not_armed") !=
+        std::string::npos);
   CHECK(tell({"arm"}, "shark", 0).find(", armed") != std::string::npos);
   CHECK(tell({"status"}, "shark", 0).find(", armed") != std::string::npos);
-  CHECK(tell({"resume", "--at", "shark"}, "roark", 0).starts_with("shark lets its robots go on from period"));
+  CHECK(tell({"resume", "--at", "shark"}, "roark", 0).starts_with("shark resumed its robots at period"));
   const std::string world = tell({"pause", "--world"}, "roark", 0);
   CHECK(world.find("roark paused its robots at period") != std::string::npos);
   CHECK(world.find("shark paused its robots at period") != std::string::npos);
-  CHECK(tell({"resume", "--world"}, "roark", 0).find("shark lets its robots go on") != std::string::npos);
+  CHECK(tell({"resume", "--world"}, "roark", 0).find("shark resumed its robots") != std::string::npos);
   CHECK(tell({"pause", "--world"}, "shark", 1).find("roark") != std::string::npos);  // which does not name shark
   CHECK(tell({"pause"}, "shark", 0).find("armed") == std::string::npos);
-  CHECK(tell({"resume", "--at", "shark"}, "roark", 1).find("shark refused it: not_armed") != std::string::npos);
+  CHECK(tell({"resume", "--at", "shark"}, "roark", 1).find("shark refused the command: not_armed") !=
+        std::string::npos);
   CHECK(tell({"stop"}, "shark", 0).starts_with("shark ended at period"));
   CHECK(labs.lab("shark").wait(300s) == 3);
   const auto counters = nlohmann::json::parse(labs.result("shark", "counters"));
@@ -238,7 +240,7 @@ TEST_CASE("status tells how a lab and its links are") {
   CHECK(text.find("lab a: ") == 0);
   CHECK(text.find("\n  b         up ") != std::string::npos);
   CHECK(status({bench.file("a"), "--set", "bus.url=\"udpm://239.255.76.67:7973?ttl=0\""}, 1)
-            .find("neither a lab nor a gateway speaks on") != std::string::npos);
+            .find("neither a lab nor a gateway is heard on") != std::string::npos);
   bench.up->signal(SIGINT);
   CHECK(bench.up->wait(300s) == 3);
 }

@@ -38,7 +38,7 @@ TEST_CASE("a folder of several labs, and that of one, are runs") {
 
 TEST_CASE("what is no run is refused with what to do") {
   const TemporaryDirectory directory;
-  CHECK_THROWS_WITH(Run(directory.path() / "none"), doctest::Contains("is no folder"));
+  CHECK_THROWS_WITH(Run(directory.path() / "none"), doctest::Contains("is not a folder"));
   CHECK_THROWS_WITH(Run(directory.path()), doctest::Contains("is no run folder"));
   fs::create_directories(directory.path() / "batch/runs/00000/shark");
   std::ofstream(directory.path() / "batch/runs/00000/shark/config.toml") << "";

@@ -72,7 +72,7 @@ class Guide(unittest.TestCase):
         self.assertEqual(ups(), ["up b.toml"])
 
     def test_no_folder_is_one_sentence(self):
-        self.assertEqual(self.run_it("guide", "nowhere", code=2), "arkmesh: nowhere: is no folder\n")
+        self.assertEqual(self.run_it("guide", "nowhere", code=2), "arkmesh: nowhere: is not a folder\n")
 
 
 if __name__ == "__main__":

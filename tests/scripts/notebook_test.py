@@ -310,7 +310,7 @@ class NewScenario(unittest.TestCase):
             for file in files:
                 if file.is_file():
                     self.assertNotRegex(file.read_text(), "(?i)light[_-]?up", file.name)
-            for name, wanted in (("studies/my_swarm", "is there already"), ("My-Swarm", "a scenario's name is"), ("arkmesh", "a scenario's name is")):
+            for name, wanted in (("studies/my_swarm", "exists; choose another name or folder"), ("My-Swarm", "a scenario's name is"), ("arkmesh", "a scenario's name is")):
                 refused = arkmesh("scenario", "new", name)
                 self.assertEqual(refused.returncode, 2)
                 self.assertIn(wanted, refused.stderr)

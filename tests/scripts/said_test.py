@@ -149,7 +149,7 @@ class Said(unittest.TestCase):
         (self.folder / "x.c").write_text("int main() {}\n")
         (self.folder / "study.toml").write_text("labs = ['a.toml']\nseeds = '1..2'\n")
         for words, wanted in ((("rnu",), "did you mean run?"), (("run", "a.toml", "--set", "run.scenario=dhft"), "did you mean dhtf?"),
-                              (("run", "x.c"), "x.c: is no configuration"), (("lab", "study.toml"), "is an experiment: arkmesh batch runs it"),
+                              (("run", "x.c"), "x.c: is not a configuration"), (("lab", "study.toml"), "is an experiment: arkmesh batch runs it"),
                               (("batch", "a.toml", "--seeds", "1.." + "9" * 309), "of numbers of 64 bits"),
                               (("lab", "a.toml", "--set", "bus.url=memq://"), "must be udpm://"),
                               (("run", "a.toml", "--set", "\x1b[31mred=1"), "?[31mred"),

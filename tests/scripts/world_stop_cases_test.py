@@ -34,7 +34,7 @@ class WorldStopCases(world_stop_test.WorldTest):
                 code, said = world.tell("pause", "lynx", "--world")
                 self.assertEqual(code, 1, said)
                 for lab in ("roark", "shark"):
-                    self.assertIn(f"{lab} refused it: no_permission", said)
+                    self.assertIn(f"{lab} refused the command: no_permission", said)
                     self.assertNotIn("paused by", world.ears[lab].state())
 
     def test_before_the_start(self):

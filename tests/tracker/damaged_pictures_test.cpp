@@ -324,7 +324,7 @@ TEST_CASE("a process that reads pictures may die or hang") {
     CHECK(event.record.kind == PictureRecord::Kind::failed);
     CHECK(event.error == (signal == SIGKILL
                               ? "reading long.avi ended by a fault of the decoder, which a damaged picture can cause"
-                              : "reading long.avi hangs, and was given up"));
+                              : "reading long.avi hung, and was given up"));
   }
 }
 
@@ -359,7 +359,7 @@ TEST_CASE("each fault of a camera on the network has its own sentence") {
   CHECK(has(said("", true), "does not answer"));
   CHECK(has(said(head + "200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=f\r\n\r\n", true),
             "is connected and sends no pictures"));
-  CHECK(has(said(head + "200 OK\r\nContent-Type: video/mp4\r\n\r\nthese are no pixels"), "no video that can be read"));
+  CHECK(has(said(head + "200 OK\r\nContent-Type: video/mp4\r\n\r\nthese are no pixels"), "no readable video"));
   CHECK(has(said(multipart({jpeg_of(grey(1))})), "has ended its stream"));
 }
 

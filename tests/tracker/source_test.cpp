@@ -109,7 +109,7 @@ TEST_CASE("what is no source is refused in a sentence that names it") {
   const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
   CHECK(has(refusal((folder.path() / "none.mp4").string()), "there is no"));
   CHECK(has(refusal(folder.path().string()), "holds no picture"));
-  CHECK(has(refusal(folder.write("text.mp4", "words").string()), "neither a video nor a picture"));
+  CHECK(has(refusal(folder.write("text.mp4", "words").string()), "is not a readable video or picture"));
   CHECK(has(refusal("ftp://camera/1"), "not at ftp"));
 }
 

@@ -142,7 +142,7 @@ int main() { kilo_init(); debug_init(); kilo_start(setup, loop); return 0; }
             # panels of labs have nothing to say here
             self.assertEqual([s.text for s in self.driver.find_elements(By.CSS_SELECTOR, "#side > details > summary") if s.is_displayed()], ["World", "Robot", "Channels", "Events"])
             self.driver.execute_script("arkmesh.options.set({pick: {lab: 'talks.c', id: 2}})")
-            says("Printed by its program", "n is ", "hello from 2", "seed 7, at most 2 times life speed")
+            says("Printed by its program", "n is ", "hello from 2", "seed 7, at most 2x real time")
             self.until(f"{clock} > 30e6")  # after the restart the clock shows less for so long
             press("pause")
             says("paused")

@@ -132,10 +132,11 @@ class LiveCamera final : public CameraFeed {
     if (::access(device.c_str(), F_OK) != 0) return fmt::format("there is no camera {}; is it plugged in?", device);
     if (::access(device.c_str(), R_OK | W_OK) != 0)
       return fmt::format(
-          "{} may not be opened; add yourself to the group video (sudo usermod -aG video $USER) and log in again",
+          "no permission to open {}; add yourself to the group video (sudo usermod -aG video $USER) and log in again",
           device);
     cv::VideoCapture camera;
-    if (!camera.open(device, cv::CAP_V4L2)) return fmt::format("{} is no camera, or another program has it", device);
+    if (!camera.open(device, cv::CAP_V4L2))
+      return fmt::format("{} is not a camera, or another program uses it", device);
     const int mjpg = cv::VideoWriter::fourcc('M', 'J', 'P', 'G');
     camera.set(cv::CAP_PROP_FOURCC, mjpg);
     if (!wanted_.empty()) {

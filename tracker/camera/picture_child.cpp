@@ -85,7 +85,7 @@ PictureChild::Event PictureChild::next(const std::function<bool()>& stop) {
   Event event;
   PictureRecord& record = event.record;
   const auto broken = [&] {
-    if (silent_) return failed(fmt::format("reading {} hangs, and was given up", source_.shown));
+    if (silent_) return failed(fmt::format("reading {} hung, and was given up", source_.shown));
     if (stop()) return failed("");
     return failed(
         fmt::format("reading {} ended by a fault of the decoder, which a damaged picture can cause", source_.shown));

@@ -83,16 +83,16 @@ class Reader {
         {AVERROR(ECONNREFUSED), "nothing listens at {}: is the camera on, and are its address and port right?"},
         {AVERROR_HTTP_UNAUTHORIZED,
          "the camera {} refuses the name or the password (401); write both as in http://NAME:PASSWORD@HOST/"},
-        {AVERROR_HTTP_FORBIDDEN, "the camera {} forbids this page (403); ask who runs it"},
+        {AVERROR_HTTP_FORBIDDEN, "the camera {} forbids this page (403); ask its administrator"},
         {AVERROR_HTTP_NOT_FOUND, "there is no stream {} (404): is the path right?"},
         {AVERROR_HTTP_BAD_REQUEST, "the camera {} does not understand the request (400)"},
         {AVERROR_HTTP_OTHER_4XX, "the camera {} refuses the request (4xx)"},
-        {AVERROR_HTTP_SERVER_ERROR, "the camera {} fails itself (5xx); restart it"},
-        {AVERROR(EHOSTUNREACH), "no way leads to {}: is the camera on, and in this network?"},
-        {AVERROR(ENETUNREACH), "no way leads to {}: is this machine in the camera's network?"},
+        {AVERROR_HTTP_SERVER_ERROR, "the camera {} reports an error of its own (5xx); restart it"},
+        {AVERROR(EHOSTUNREACH), "no route to {}: is the camera on, and in this network?"},
+        {AVERROR(ENETUNREACH), "no route to {}: is this machine in the camera's network?"},
         {AVERROR(ETIMEDOUT), open_ ? "the camera {} is connected and sends no pictures"
                                    : "{} does not answer: is the camera on, and is its address right?"},
-        {AVERROR_INVALIDDATA, "what {} sends is no video that can be read"}};
+        {AVERROR_INVALIDDATA, "{} sends no readable video"}};
     const auto known = sentences.find(error);
     if (known != sentences.end()) return fmt::format(fmt::runtime(known->second), source_.shown);
     return fmt::format(fmt::runtime(open_ ? "the camera {} has ended its stream, or the connection broke"
@@ -164,7 +164,7 @@ class Reader {
     const int video = error < 0 ? error : av_find_best_stream(format.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);
     if (video < 0 || !decoder)
       return fail(source_.live ? reason(error < 0 && !open_ ? error : AVERROR_INVALIDDATA)
-                               : fmt::format("{} is neither a video nor a picture that can be read", source_.shown));
+                               : fmt::format("{} is not a readable video or picture", source_.shown));
     open_ = true;
     AVStream* const stream = format->streams[video];
     for (unsigned i = 0; i < format->nb_streams; ++i)
@@ -188,7 +188,7 @@ class Reader {
     codec->thread_count = 1;  // one that is several pictures behind would be late
     const bool jpegs = decoder->id == AV_CODEC_ID_MJPEG;
     if (!jpegs && avcodec_open2(codec.get(), decoder, nullptr) < 0)
-      return fail(fmt::format("the pictures of {} are of a kind that cannot be decoded", source_.shown));
+      return fail(fmt::format("the pictures of {} cannot be decoded", source_.shown));
     const Packet packet(av_packet_alloc());
     const Frame frame(av_frame_alloc());
     std::int64_t packets = 0, last_ticks = begin_ticks_;

@@ -196,7 +196,7 @@ class KilobotArena final : public Arena {
   // The eyes go on looking for the others.
   void begin_without(const std::vector<RobotId>& robots) {
     own_counters_.add("robots.missing_at_start", robots.size());
-    spdlog::warn("the lab begins without {} of {} ({}): nothing is said to them until they are found", robots.size(),
+    spdlog::warn("the lab begins without {} of {} ({}): they get no messages until they are found", robots.size(),
                  counted(info_.robots.size(), "robot"), in_words(robots));
   }
 
@@ -211,8 +211,8 @@ class KilobotArena final : public Arena {
     const std::vector<RobotId> robots = unnamed();
     if (robots.empty()) return "not every robot has been seen and named";
     return fmt::format(
-        "{} of {} robots have not been seen and named ({}); are they in the arena, in the cameras' sight, switched on, "
-        "and is that their id?{} arena.kilobot.may_miss lets the lab begin without some",
+        "{} of {} robots have not been seen and named ({}); are they in the arena, in view of the cameras and switched "
+        "on, and are these their ids?{} arena.kilobot.may_miss lets the lab begin without some",
         robots.size(), info_.robots.size(), in_words(robots),
         robots.size() == info_.robots.size()
             ? " Does their program include <arkmesh_id.h>? Without it a robot cannot say who it is."
@@ -287,7 +287,7 @@ class KilobotArena final : public Arena {
     if (!should_stand() || !controller_.said_since()) return;
     std::vector<RobotId> walkers, fresh, carried;
     std::ranges::set_difference(moved_by_hand, carried_, std::back_inserter(carried));
-    if (!carried.empty()) spdlog::info("somebody carries robots: {}", in_words(carried));
+    if (!carried.empty()) spdlog::info("robots are being carried: {}", in_words(carried));
     carried_.insert(moved_by_hand.begin(), moved_by_hand.end());
     bool all_judged = true;  // of those in sight
     std::erase_if(carried_, [&](RobotId robot) { return !std::ranges::count(judged_, robot, &NotStanding::robot); });

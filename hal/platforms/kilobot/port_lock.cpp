@@ -229,7 +229,7 @@ bool PortLock::is_wanted() const {
 std::string PortLock::guarded_words() const {
   const Handle file(::open(guard_file(port_).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   if (!file || !is_set(file.get(), guard_byte)) return {};
-  return fmt::format("; {} of an earlier program goes on telling the robots to stand, as soon as it reaches them",
+  return fmt::format("; {} of an earlier program keeps telling the robots to stop, as soon as it reaches them",
                      StandGuard::process_name);
 }
 

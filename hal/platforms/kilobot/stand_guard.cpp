@@ -57,7 +57,7 @@ StandGuard::StandGuard(const std::string& port, std::chrono::milliseconds hung_a
   }
   if (error == 0) return;
   word_ = Handle();
-  spdlog::warn("nobody will tell the robots to stand should this program be killed: {} cannot be started ({})", program,
+  spdlog::warn("nothing will stop the robots if this program is killed: {} cannot be started ({})", program,
                std::strerror(error));
 }
 
@@ -108,7 +108,7 @@ bool StandGuard::send(const void* bytes, std::size_t n, int descriptor) {
   if (send_word(word_.get(), bytes, n, descriptor)) return true;
   if (errno != EAGAIN && errno != EWOULDBLOCK) {
     word_ = Handle();
-    spdlog::warn("the process that tells the robots to stand should this program be killed is gone itself");
+    spdlog::warn("the guard, which stops the robots if this program is killed, has ended");
   }
   return false;
 }

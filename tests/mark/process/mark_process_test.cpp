@@ -272,7 +272,7 @@ TEST_CASE("arkmesh mark says what is wrong with its command line") {
     int code;
   };
   const std::vector<Case> cases = {
-      {{"mark", file}, "say --server, when the original is M-ARK's client", 2},
+      {{"mark", file}, "give --server if the original is M-ARK's client", 2},
       {{"mark", file, "--server", "--client"}, "excludes", 2},
       {{"mark", file + ".none", "--server"}, "there is no file", 2},
       {{"mark", "--keys"}, "allow_plaintext", 0},

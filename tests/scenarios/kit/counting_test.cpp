@@ -82,7 +82,7 @@ TEST_CASE("kit: a resource grows as the logistic equation says, and is taken as 
   Resource renewed({.capacity = 10, .regrows_at_once_below = 1});
   renewed.take(9.5);
   CHECK(renewed.stock() == 10);
-  CHECK_THROWS_WITH_AS(Resource({.capacity = 0}), "a capacity of 0 is none; give a positive one",
+  CHECK_THROWS_WITH_AS(Resource({.capacity = 0}), "a capacity of 0 is not possible; give a positive one",
                        std::invalid_argument);
   CHECK_THROWS_AS(Resource({.growth_per_s = -1}), std::invalid_argument);
 }

@@ -41,7 +41,7 @@ TEST_CASE("kit: a beam that stays, and beams that are none") {
   CHECK(light.at({0, 0.5}, hal::LabTime{0}) == 0);
   CHECK_THROWS_WITH_AS(Light({.beams = {{}}}), "a beam needs one place at least in its path", std::invalid_argument);
   CHECK_THROWS_WITH(Light({.beams = {{.radius_m = 0, .path = {{0, 0}}}}}),
-                    "a beam's radius of 0 m is none; give a positive one");
+                    "a beam's radius of 0 m is not possible; give a positive one");
 }
 
 }  // namespace arkmesh::scenarios::kit

@@ -136,9 +136,10 @@ TEST_CASE("kit: with a margin, obstacles seem nearer in the sectors where they a
 }
 
 TEST_CASE("kit: sensors that are none are refused in one sentence") {
-  CHECK_THROWS_WITH_AS(Sectors({.count = 0}), "a sensor of 0 sectors is none; give 1 to 16", std::invalid_argument);
-  CHECK_THROWS_WITH(Sectors({.reach_m = 0}), "a reach of 0 m is none; give a positive one");
-  CHECK_THROWS_WITH(Sectors({.levels = 0}), "0 levels are none; give 1 to 255");
+  CHECK_THROWS_WITH_AS(Sectors({.count = 0}), "a sensor of 0 sectors is not possible; give 1 to 16",
+                       std::invalid_argument);
+  CHECK_THROWS_WITH(Sectors({.reach_m = 0}), "a reach of 0 m is not possible; give a positive one");
+  CHECK_THROWS_WITH(Sectors({.levels = 0}), "0 levels are not possible; give 1 to 255");
 }
 
 }  // namespace arkmesh::scenarios::kit
