@@ -45,7 +45,7 @@ class WorldStopCases(world_stop_test.WorldTest):
                 self.pause(world, "lynx", ("lynx", "shark"))
                 code, said = world.tell("stop", "shark", "--world")
                 self.assertEqual(code, 1, said)
-                self.assertIn("roark does not speak", said)
+                self.assertIn("roark is not heard", said)
                 self.assertEqual([world.labs.processes["lab", lab].wait(LIMIT_S) for lab in ("lynx", "shark")], [3, 3], said)
 
     def test_while_robots_are_named(self):
