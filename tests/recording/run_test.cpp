@@ -128,7 +128,7 @@ TEST_CASE("counts that the scenario shows have their table's curve, and others t
   tests::record_lab(directory.path(), "shark", 20);
   {
     hal::Recorder recorder(directory.path(), 1'700'000'000'000'000, {});
-    lab_status_t status;
+    lab_status_t status{};
     for (const int second : {0, 1, 1, 3}) {
       status.stamp_us = second * 1'000'000;
       status.counters.resize(3);
