@@ -99,6 +99,17 @@ std::string Child::take_output() {
   return std::exchange(printed_, {});
 }
 
+void Child::begin_to_wait() {
+  asked_ = std::chrono::steady_clock::now();
+  if (asked_ - delay_read_ < std::chrono::seconds(1)) return;  // reading takes longer than most answers
+  delay_read_ = asked_;
+  delayed_ = process_.run_delay();
+}
+
+std::chrono::nanoseconds Child::waited() const {
+  return std::chrono::steady_clock::now() - asked_ - (process_.run_delay() - delayed_);
+}
+
 void Child::ask_where() {
   process_.signal(SIGUSR1);
 }

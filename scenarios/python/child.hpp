@@ -34,8 +34,10 @@ class Child {
   // What it has printed since the last call. After max_output bytes the rest is dropped and counted.
   std::string take_output();
   std::uint64_t dropped_output() const { return dropped_; }
-  // As ChildProcess.
-  std::chrono::nanoseconds run_delay() const { return process_.run_delay(); }
+  // It owes an answer from now on.
+  void begin_to_wait();
+  // Since then, but for what it waited for a processor meanwhile: a busy machine is no scenario that hangs.
+  std::chrono::nanoseconds waited() const;
   // Makes it print where it is (SIGUSR1), if it can still hear that.
   void ask_where();
 
@@ -49,6 +51,8 @@ class Child {
   std::string in_, out_, printed_;
   std::size_t kept_ = 0, dropped_ = 0;
   bool ended_ = false;
+  std::chrono::steady_clock::time_point asked_, delay_read_;
+  std::chrono::nanoseconds delayed_{0};  // by then, a second before asked_ at most
 };
 
 }  // namespace arkmesh::scenarios::python

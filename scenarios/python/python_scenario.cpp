@@ -151,13 +151,13 @@ void PythonScenario::start(const hal::Section& root, const lab::RunConfig& run, 
   if (words_per_s) facts["words_per_s"] = *words_per_s;
   child_->send('S', facts.dump());
   open_answers_ = 1;
-  begin_to_wait();
+  child_->begin_to_wait();
   for (;;) {
     std::optional<Message> message;
     try {
       // a signal that the lab acts on later ends the wait
-      for (std::chrono::nanoseconds left = patience_ - waited(); !message && left.count() > 0;
-           left = patience_ - waited())
+      for (std::chrono::nanoseconds left = patience_ - child_->waited(); !message && left.count() > 0;
+           left = patience_ - child_->waited())
         message = child_->receive(std::chrono::ceil<std::chrono::milliseconds>(left));
     } catch (const std::exception& error) {
       // Python itself, which could not begin
@@ -216,7 +216,7 @@ void PythonScenario::on_period(lab::Lab& lab) {
 
 // Where the arena keeps real time, takes the answer if it comes soon.
 void PythonScenario::ask(lab::Lab& lab, char kind, const std::string& content) {
-  if (open_answers_++ == 0) begin_to_wait();
+  if (open_answers_++ == 0) child_->begin_to_wait();
   child_->send(kind, content);
   if (!can_wait_) collect(lab, real_time_wait);
 }
@@ -232,7 +232,7 @@ void PythonScenario::collect(lab::Lab& lab, std::chrono::milliseconds wait) {
     const auto answer = next_answer(wait);
     if (!answer) return;
     --open_answers_;
-    begin_to_wait();
+    child_->begin_to_wait();
     take(lab, *answer);
   }
 }
@@ -246,27 +246,18 @@ std::optional<std::string> PythonScenario::next_answer(std::chrono::milliseconds
     throw std::runtime_error(fmt::format("{} {}", file_.filename().string(), error.what()));
   }
   write_output();
-  if (!message && waited() >= patience_) fail_silent();
+  if (!message && child_->waited() >= patience_) fail_silent();
   if (!message) return std::nullopt;
   if (message->kind == 'E') throw std::runtime_error(message->content);
   return std::move(message->content);
 }
 
-void PythonScenario::begin_to_wait() {
-  asked_ = Clock::now();
-  delayed_ = child_->run_delay();
-}
-
-std::chrono::nanoseconds PythonScenario::waited() const {
-  return Clock::now() - asked_ - (child_->run_delay() - delayed_);
-}
-
 // Where it hangs stands in what it prints then, innermost first.
 void PythonScenario::fail_silent() {
   child_->ask_where();
-  begin_to_wait();
+  child_->begin_to_wait();
   std::string printed;
-  while (waited() < 500ms && printed.find(" in ") == std::string::npos) {
+  while (child_->waited() < 500ms && printed.find(" in ") == std::string::npos) {
     bool is_there = true;  // a notebook that gives up closes its line before the word from it has come
     try {
       child_->receive(50ms);

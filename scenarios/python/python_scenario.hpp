@@ -73,9 +73,6 @@ class PythonScenario final : public lab::Scenario {
   void take_words(lab::Lab& lab, std::string_view words);
   void ask(lab::Lab& lab, char kind, const std::string& content);
   void collect(lab::Lab& lab, std::chrono::milliseconds wait);
-  void begin_to_wait();
-  // Since then, but for what it waited for a processor meanwhile: a busy machine is no scenario that hangs.
-  std::chrono::nanoseconds waited() const;
   [[noreturn]] void fail_silent();
   void write_output();
 
@@ -95,9 +92,6 @@ class PythonScenario final : public lab::Scenario {
   std::vector<hal::FromRobot> heard_;      // and not told yet
   bool finished_ = false;
   int open_answers_ = 0;  // that the child still owes
-  // When it was asked, or has answered, last, and how long it had waited for a processor by then.
-  std::chrono::steady_clock::time_point asked_;
-  std::chrono::nanoseconds delayed_{0};
 };
 
 }  // namespace arkmesh::scenarios::python
