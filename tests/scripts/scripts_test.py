@@ -140,14 +140,16 @@ class Scripts(unittest.TestCase):
             self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
             return re.findall("<!-- (.*) -->", out.read_text())  # matplotlib's note of each text
 
+        told = [run_folder.new("shown_words_t", of=of, words=meaning) for of, meaning in (("led.4", "walking"), ("led.2", "dwelling"))]
+        with self.log.open("ab") as log:
+            log.write(run_folder.event(99, 1e9 + 8, "shown", run_folder.new("shown_t", words=told, n_words=len(told)).encode()))
         both = words("plot", self.run_dir, "--out")
         for said in ("lab time 8 s, period 4, seed 7", "x (m)", "y (m)", "robot of another lab", "walking", "dwelling"):
             self.assertIn(said, both)
         alone = self.run_dir.parent / "alone"
         run_folder.make(alone, labs=["shark"])
         self.assertNotIn("robot of another lab", words("plot", alone, "--out"))
-        (alone / "shark/config.toml").unlink()
-        self.assertIn("LED blue", words("plot", alone, "--out"))
+        self.assertIn("LED blue", words("plot", alone, "--out"))  # of which nobody has told the meaning
         self.assertIn(f"{self.run_dir / 'shark'}, seed 7", words("plot_curves", self.run_dir / "shark", "--out"))
         poses = self.run_dir / "poses.csv"
         poses.write_text("time_s,robot,x_m,y_m,heading_rad,led\n0,0,0.1,0.2,1,red\n1,0,0.12,0.2,1,off\n")

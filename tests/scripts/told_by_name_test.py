@@ -90,7 +90,7 @@ class ToldByName(unittest.TestCase):
                              (first + "lab.row('t', x=1, **{'x': 2, 'y': 3})", "multiple values for keyword argument 'x'"),
                              (first + "lab.row('t')", "a row has a column at least"), ("lab.row('t')", "a row has a column at least"),
                              ("lab.row('t', **{'a,b': 1})", "hold no comma"), ("lab.row('t', **{'': 1})", "a name is not empty"),
-                             ("lab.row('hash', x=1)", "and not hash or audit"), (f"lab.row('{'t' * 300}', x=1)", "64 of them at most"),
+                             ("lab.row('hash', x=1)", "and not hash or audit or curves"), (f"lab.row('{'t' * 300}', x=1)", "64 of them at most"),
                              ("lab.count('seed')", "is none of run, setting"), ("lab.count('lit@a')", "without @"), ("lab.count('')", "a name is a text"),
                              ("lab.setting('v', 3, low=5)", "setting 'v': the default 3 is not within low=5"),
                              ("lab.setting('v', 9.5, high=5)", "the default 9.5 is not within"),

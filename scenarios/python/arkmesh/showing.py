@@ -27,7 +27,7 @@ class Showing:
     def row(self, table: str, /, **values: Any) -> None:
         """A row of TABLE.csv in the run's folder. The names are its columns, in the order of the table's first row."""
         if not re.fullmatch("[a-z][a-z0-9_]{0,63}", table) or table in OWN_TABLES:
-            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _, 64 of them at most, and not {', '.join(OWN_TABLES)}")
+            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _, 64 of them at most, and not {' or '.join(OWN_TABLES)}")
         columns = self._columns.setdefault(table, list(values))
         if not values or set(columns) != set(values):
             differ = [f"{what} {', '.join(names)}" for what, names in (("without", [c for c in columns if c not in values]),
