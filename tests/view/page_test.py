@@ -75,6 +75,7 @@ class PageTest(unittest.TestCase):
 
     def at_robot(self, lab, robot):
         """Offset of a robot from the middle of the stage, CSS pixels."""
+        self.drawn()  # where the stage is as large as it is now
         return self.js("""const {stage, world} = arkmesh, lab = world.labs[arguments[0]], r = lab.robots.find((x) => x.id === arguments[1]);
             const {placement: p} = stage.panes.list.flatMap((x) => x.labs).find((x) => x.lab === lab);
             return [Math.round(p.x(r.x, r.y) - stage.root.clientWidth / 2), Math.round(p.y(r.x, r.y) - stage.root.clientHeight / 2)]""", lab, robot)
