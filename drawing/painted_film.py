@@ -19,7 +19,7 @@ FINER = 2  # edges are smooth because pictures are drawn larger
 PAGE, GROUND, WALL, INK, BODY = "#e9e7e1", "#fbfaf6", "#4a4a46", "#1c1f22", "#3b4148"
 TRAILS = ["#dcdad4", "#bfc2c4", "#9aa2a8"]  # the oldest third first
 TRAIL_S = 30
-LEDS = ["#8a8f94", "#d5440b", "#0a9a6b", "#c79a00", "#1c6fe0", "#b8489c", "#1aa3c4", "#ffffff", "#8a8f94"]
+LEDS = draw_overlay.TABLE["leds"]["light"]
 
 
 def font_of(pixels):

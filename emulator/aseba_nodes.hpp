@@ -26,7 +26,7 @@ class AsebaNodes {
   void take(const hal::aseba::Message& message);
   // Lets robots stop that hear no host, and says what they say. `leds` by robot.
   void poll(std::span<const hal::Led> leds);
-  // What goes to all hosts; at most 1 MB waits.
+  // What goes to all hosts; at most 2 MB wait.
   std::vector<std::uint8_t> take_said();
 
   // Hands and faults. A dead robot's node is silent; switched on it begins anew.

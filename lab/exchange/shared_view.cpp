@@ -22,6 +22,11 @@ shown_t to_message(const std::vector<Shown>& shown) {
   return out;
 }
 
+// At boundary 0, and at the first one of each further stretch of that length.
+bool is_time_to_show(const LabData& lab) {
+  return lab.period == 0 || lab.now / repeat_shown != (lab.now - lab.period_length) / repeat_shown;
+}
+
 }  // namespace
 
 shared_view_t shared_view(const LabData& lab, const std::vector<MergedState>& merged) {
@@ -49,8 +54,7 @@ shared_view_t shared_view(const LabData& lab, const std::vector<MergedState>& me
 
 void publish_shared(hal::Bus& bus, const LabData& lab, const shared_view_t& view) {
   bus.publish(hal::channel::shared, view);
-  if (!lab.shown.empty() && lab.now % repeat_shown == hal::LabTime{0})
-    bus.publish(hal::channel::shown, to_message(lab.shown));
+  if (!lab.shown.empty() && is_time_to_show(lab)) bus.publish(hal::channel::shown, to_message(lab.shown));
   // An empty one takes away what was shown.
   if (!lab.drawing.empty() || lab.drawn_before)
     bus.publish(hal::channel::overlay, hal::to_message(lab.drawing, lab.now));

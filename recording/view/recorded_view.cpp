@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <utility>
 
 #include "hal/config/config.hpp"
@@ -170,15 +171,15 @@ void RecordedDesk::table(view::Answer& answer) const {
     return answer.refuse(
         "there is no whole runs.csv yet; it is written when the batch ends, or by arkmesh batch --gather");
   const std::size_t columns = std::min(runs.columns.size(), max_columns);
+  std::map<std::string, std::size_t> recorded;
+  for (std::size_t i = 0; i < batch_.size(); ++i) recorded.emplace(batch_[i].filename().string(), i);
   json names = json::array(), rows = json::array();
   for (std::size_t c = 0; c < columns; ++c) names.push_back(runs.columns[c].name);
   for (std::size_t row = 0; row < std::min(runs.rows, max_rows); ++row) {
-    const std::string own = fmt::format("{:0>5}", runs.columns[*number].texts[row]);
-    const auto found =
-        std::ranges::find(batch_, own, [](const std::filesystem::path& run) { return run.filename().string(); });
+    const auto found = recorded.find(fmt::format("{:0>5}", runs.columns[*number].texts[row]));
     json cells = json::array();
     for (std::size_t c = 0; c < columns; ++c) cells.push_back(runs.columns[c].texts[row]);
-    rows.push_back({{"run", found == batch_.end() ? json() : json(found - batch_.begin())}, {"cells", cells}});
+    rows.push_back({{"run", found == recorded.end() ? json() : json(found->second)}, {"cells", cells}});
   }
   const json table = {{"name", folder.filename().string()}, {"columns", names}, {"factors", *seed - 2}, {"rows", rows}};
   if (!answer.done({{"batch", table}})) answer.refuse(too_much);

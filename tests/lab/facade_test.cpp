@@ -198,6 +198,10 @@ TEST_CASE("a scenario says in words what people see, at the start and every 60 s
   for (std::uint32_t period = 0; period <= 30; ++period) boundary(period);  // of 2 s
   const std::vector<std::string> once{"series.trips=trips home|trips|curve", "colour.site_hard=hard, here + there|"};
   CHECK(told == std::vector<std::string>{once[0], once[1], once[0], once[1]});
+  told.clear();
+  asked.data.period_length = std::chrono::seconds(7);
+  for (std::uint32_t period = 1; period <= 18; ++period) boundary(period);  // at 63 and 126 s
+  CHECK(told == std::vector<std::string>{once[0], once[1], once[0], once[1]});
   for (const std::string& of :
        {"trips", "series.", "series.a,b", "series.a\nb", "colour.mauve", "led.9", "led.red", ".", ""})
     CHECK(sentence([&] { asked.lab.show({.of = of}); }).find("cannot be shown; up to 256 of series.NAME") !=

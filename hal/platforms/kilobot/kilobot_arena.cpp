@@ -164,8 +164,7 @@ class KilobotArena final : public Arena {
     auto frame = controller_.is_up() ? look() : std::nullopt;
     const TimePoint at = now();
     if (frame) picture_at_ = at;
-    const bool sees = frame && controller_.is_up();
-    const bool complete = sees && eyes_->everybody_named();
+    const bool sees = frame && controller_.is_up(), complete = sees && eyes_->everybody_named();
     // where no picture is new the next one tells
     if (!complete && at - *begun_at_ > patience_.names_within && (sees || !has_picture() || !controller_.is_up())) {
       if (!sees || !may_begin_without(unnamed()))

@@ -1,8 +1,8 @@
-// Colours of everything that is drawn, for light and dark grounds. Those of meanings come from colours.json, which the program reads too.
+// Colours of everything that is drawn, for light and dark grounds. Those of meanings and LEDs come from colours.json, which the program reads too.
 
 /**
  * @typedef {{light: string, dark: string, pattern: "plain"|"stripes"|"dots"|"cross", means: string}} Meaning
- * @typedef {{fill_opacity: number, raster_opacity: number, colours: Record<string, Meaning>}} Table
+ * @typedef {{fill_opacity: number, raster_opacity: number, leds: {light: string[], dark: string[]}, colours: Record<string, Meaning>}} Table
  * @typedef {{page: string, ground: string, grid: string, wall: string, solid: string, object: string, body: string, ink: string, halo: string, pick: string, trail: string}} Inks
  */
 
@@ -10,12 +10,6 @@
 const inks = {
   light: { page: "#e9e7e1", ground: "#fbfaf6", grid: "#e6e3da", wall: "#4a4a46", solid: "#8d8a80", object: "#b79b63", body: "#3b4148", ink: "#1c1f22", halo: "#fbfaf6", pick: "#b0006e", trail: "#5c6670" },
   dark: { page: "#111417", ground: "#1b1f23", grid: "#272c31", wall: "#9aa0a6", solid: "#5d646b", object: "#8a7440", body: "#c3cad1", ink: "#eef1f3", halo: "#14171a", pick: "#ff7fd0", trail: "#8d98a3" },
-};
-
-/** LED colours, by bits of red, green and blue; told apart by a mark as well (sprites.js). */
-const leds = {
-  light: ["#8a8f94", "#d5440b", "#0a9a6b", "#c79a00", "#1c6fe0", "#b8489c", "#1aa3c4", "#ffffff", "#8a8f94"],
-  dark: ["#767c82", "#ff6a3a", "#35c993", "#f2cc3d", "#62a2ff", "#e58bd0", "#62d6ef", "#ffffff", "#767c82"],
 };
 
 /** Names of LED colours, for people. */
@@ -27,7 +21,7 @@ export class Colours {
     this.table = table;
     this.dark = dark;
     this.inks = dark ? inks.dark : inks.light;
-    this.leds = dark ? leds.dark : leds.light;
+    this.leds = dark ? table.leds.dark : table.leds.light;
     /** @type {Map<string, CanvasPattern>} */
     this.patterns = new Map();
   }
