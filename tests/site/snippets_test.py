@@ -7,6 +7,7 @@ page. One below `At a:` is typed at the machine a, which has a home folder of it
 """
 import collections
 import concurrent.futures
+import contextlib
 import os
 import pathlib
 import re
@@ -14,6 +15,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import time
 import tomllib
 import unittest
 import unittest.mock
@@ -115,6 +117,25 @@ def script_of(page):
     return out + 'echo "@@ 0"\nfor each in "${beside[@]}"; do kill -0 $each 2>/dev/null || wait $each; done\n'
 
 
+def who_is_in(folder):
+    """Processes that work in the folder: (id, name) of each."""
+    found = []
+    for process in pathlib.Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if (process / "cwd").readlink().is_relative_to(folder):
+                found.append((process.name, (process / "comm").read_text().strip()))
+    return found
+
+
+def until_all_left(folder):
+    """The killed take a moment to end, and what they started, which has groups of its own, ends after them."""
+    end = time.monotonic() + 60
+    while found := who_is_in(folder):
+        if time.monotonic() > end:
+            raise AssertionError(f"still run: {found}")
+        time.sleep(0.02)
+
+
 def run(page, programs):
     """Runs a page; what is wrong, or nothing."""
     with tempfile.TemporaryDirectory() as folder:
@@ -142,6 +163,7 @@ def run(page, programs):
                 except ProcessLookupError:
                     break
             shell.wait()
+            until_all_left(folder)
         logs = {log.stem.partition("-")[2]: log.read_text() for log in folder.glob("beside-*.log")}
         parts = re.split(r"^@@ (\d+)\n", said, flags=re.M)
         said_by = {**dict(zip(parts[1::2], parts[2::2])), **logs}
