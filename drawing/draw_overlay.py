@@ -2,17 +2,14 @@
 
 Colours and patterns are those of view/page/colours.json, so that these pictures, the page and camera pictures agree.
 """
-import json
 import math
-import pathlib
 
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle, Patch, Polygon
 
-HERE = pathlib.Path(__file__).resolve().parent
-# Beside an installed script, or among the sources.
-TABLE = json.loads(next(file for file in (HERE / "colours.json", HERE.parent / "view/page/colours.json") if file.is_file()).read_text())
+from figure_style import TABLE
+
 DASHES = (0, (5, 4))
 HATCH = {"plain": None, "stripes": "////", "dots": "...", "cross": "xxx"}
 # What lies over what: robots come above shapes and below words.

@@ -6,6 +6,11 @@ import re
 import sys
 import textwrap
 
+HERE = pathlib.Path(__file__).resolve().parent
+# Of the page, too: beside an installed script, or among the sources.
+TABLE = json.loads(next(file for file in (HERE / "colours.json", HERE.parent / "view/page/colours.json") if file.is_file()).read_text())
+# By bits of red, green and blue, on light ground; the last is unknown.
+LEDS, LED_NAMES = TABLE["leds"]["light"], ["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white", "unknown"]
 # Inches: one column and both columns of a journal's page (IEEE's templates).
 WIDTHS_IN = {"column": 3.5, "page": 7.16}
 # Type 42 is TrueType: journals refuse the Type 3 fonts that matplotlib writes otherwise.

@@ -13,13 +13,13 @@ from PIL import Image, ImageDraw, ImageFont
 import arkmesh
 import draw_overlay
 import read_log
+from figure_style import LEDS
 from film_file import moments_of, write
 
 FINER = 2  # edges are smooth because pictures are drawn larger
 PAGE, GROUND, WALL, INK, BODY = "#e9e7e1", "#fbfaf6", "#4a4a46", "#1c1f22", "#3b4148"
 TRAILS = ["#dcdad4", "#bfc2c4", "#9aa2a8"]  # the oldest third first
 TRAIL_S = 30
-LEDS = draw_overlay.TABLE["leds"]["light"]
 
 
 def font_of(pixels):

@@ -12,10 +12,8 @@ from matplotlib.patches import Circle, Rectangle
 import draw_overlay
 import figure_style
 import read_log
-from figure_style import Refused
+from figure_style import LED_NAMES, LEDS, Refused
 
-LED = ["black", "#e03020", "#20a020", "#d0a000", "#3050e0", "#e020e0", "#00b0b0", "#ffffff"]
-LED_NAMES = ["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"]
 LAB = ["#d95f02", "#1b6ca8", "#66a61e", "#7f4fa0", "#a6761d"]
 
 
@@ -81,11 +79,11 @@ def draw_robots(axes, lab):
         own = other.lab == lab.name
         for robot in other.robots:
             x, y, heading = lab.in_arena(robot.x_um, robot.y_um, robot.heading_urad)
-            colour = LED[robot.led & 7]
+            colour = LEDS[min(robot.led, 8)]
             tip = (x + lab.body_radius_m * math.cos(heading), y + lab.body_radius_m * math.sin(heading))
             if own:
                 axes.add_patch(Circle((x, y), lab.body_radius_m, facecolor=colour, edgecolor="black", linewidth=0.6, zorder=5))
-                axes.plot([x, tip[0]], [y, tip[1]], color="white", linewidth=1, zorder=6)
+                axes.plot([x, tip[0]], [y, tip[1]], color="black", linewidth=1, zorder=6)
             else:
                 # As large as its own lab sees it, in the shared world.
                 radius = lab.bodies_m.get(other.lab, lab.body_radius_m) * lab.scale_of[other.lab] / lab.view.scale
@@ -97,7 +95,7 @@ def draw_swarms(axes, lab, end_s):
     rows = [{name: float(value) for name, value in row.items()} for row in rows_of(lab.folder, "swarms")]
     times = [row["time_s"] for row in rows]
     flying = [max(1, row["uncommitted"] + row["north"] + row["south"]) for row in rows]
-    for name, colour, label in (("north", LED[1], "flying, committed north"), ("south", LED[4], "flying, committed south")):
+    for name, colour, label in (("north", LEDS[1], "flying, committed north"), ("south", LEDS[4], "flying, committed south")):
         axes.plot(times, [row[name] / n for row, n in zip(rows, flying)], color=colour, linewidth=1.2, label=label)
     axes.plot(times, [row["ground_south"] / max(1, row["ground"]) for row in rows], color="black", linewidth=1.8, label="ground, in the south")
     axes.axvline(end_s, color="#999999", linewidth=0.8, linestyle=":")
@@ -136,7 +134,7 @@ BELOW = {"completed": draw_completed, "swarms": draw_swarms}
 
 def leds(labs):
     """{LED: what robots say by it}; of a scenario that is not known here, the colours that are to be seen."""
-    seen = {robot.led & 7 for lab in labs for view in lab.view.labs for robot in view.robots}
+    seen = {min(robot.led, 8) for lab in labs for view in lab.view.labs for robot in view.robots}
     return labs[0].led_says or {led: f"LED {LED_NAMES[led]}" for led in sorted(seen)}
 
 
@@ -171,9 +169,9 @@ def draw(labs, width="page", title=None):
         rules = lab.arena.platform.partition(" ")[2]  # "(infrared: argos)"
         axes.set_title(f"{lab.name}: {lab.arena.robots} robots, {wide:g} x {high:g} m {rules}".rstrip(), color=colours[lab.name])
     # One legend for all arenas.
-    marks = [Line2D([], [], marker="o", linestyle="", markerfacecolor=LED[led], color="black", markeredgewidth=0.6, label=words) for led, words in leds(labs).items()]
+    marks = [Line2D([], [], marker="o", linestyle="", markerfacecolor=LEDS[led], color="black", markeredgewidth=0.6, label=words) for led, words in leds(labs).items()]
     if len(names) > 1:
-        marks.append(Line2D([], [], marker="o", linestyle="", markerfacecolor="none", color="#3050e0", label="robot of another lab"))
+        marks.append(Line2D([], [], marker="o", linestyle="", markerfacecolor="none", color="black", label="robot of another lab"))
     marks += shown.values()
     legend = figure.add_subplot(grid[rows, :])
     legend.axis("off")

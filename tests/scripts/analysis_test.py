@@ -14,7 +14,11 @@ ARKMESH, PYTHON = ROOT / "build/release/arkmesh", "/usr/bin/python3"
 LIGHT_UP = ROOT / "experiments/light_up"
 ENVIRONMENT = {**os.environ, "ARKMESH_PYTHON": PYTHON, "PYTHONPATH": str(ROOT / "scenarios/python")}
 sys.path.append(str(ROOT / "drawing"))
-import figure_style  # pylint: disable=wrong-import-position
+# pylint: disable=wrong-import-position
+import figure_style
+import painted_film  # finds the package, too
+import arkmesh
+from PIL import Image
 
 
 def called(*words, **how):
@@ -98,6 +102,17 @@ class Analysis(unittest.TestCase):
             refused = film(*words, "--out", "none.mp4", lacks=lacks, path=path)
             self.assertEqual((refused.returncode, refused.stderr), (1, wanted))
         self.assertFalse((self.folder / "none.mp4").exists())
+
+    def test_leds_have_the_colours_of_the_page(self):
+        """What moves is blue in DHTF: RGB(0,0,1) is one colour in a picture, in a painted film, in a swarm's picture and on the page (page_test)."""
+        blue = tuple(bytes.fromhex(json.loads((ROOT / "view/page/colours.json").read_text())["leds"]["light"][4][1:]))
+        self.assertEqual(called(ARKMESH, "plot", "demo", "--out", "blue.png", cwd=self.folder).returncode, 0)
+        (self.folder / "poses.csv").write_text("time_s,robot,x_m,y_m,heading_rad,led\n0,0,0.1,0.2,1,blue\n")
+        called(ROOT / "drawing/draw_swarm", "poses.csv", "--diameter", 0.033, "--png", "swarm.png", cwd=self.folder)
+        labs = list(arkmesh.open_run(self.folder / "demo").labs.values())
+        film = Image.frombytes("RGB", (640, 360), next(painted_film.pictures(labs, 0, 60, 1, 60, 20, 640, 360))[1])
+        for picture in (film, *(Image.open(self.folder / name).convert("RGB") for name in ("blue.png", "swarm.png"))):
+            self.assertGreater(list(picture.getdata()).count(blue), 20)
 
     def test_a_batch_says_how_its_figures_look(self):
         """[[plot]] takes words and a width; a width that there is not is refused where it is written."""

@@ -16,6 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 ARKMESH = ROOT / "build/release/arkmesh"
 sys.path.append(str(ROOT / "drawing"))
 import chromium  # pylint: disable=wrong-import-position
+import figure_style  # pylint: disable=wrong-import-position
 
 LABS = [ROOT / "experiments/light_up/a.toml", ROOT / "experiments/light_up/b.toml"]
 CITED = ["--author", "Ada Lovelace, 0000-0002-1825-0097", "--author", "Charles Babbage", "--licence", "CC-BY-4.0"]
@@ -100,6 +101,7 @@ class Publish(unittest.TestCase):
             for robot in ids:
                 for axis in range(2):
                     self.assertAlmostEqual(xy[2 * robot + axis], last[robot][axis], delta=0.0001)
+            self.assertEqual(driver.execute_script("return leds"), figure_style.LEDS)
             driver.find_element("id", "play").click()
             self.until(driver, "return document.getElementById('time').textContent === '0:05 / 0:05' && document.getElementById('play').textContent === '▶'")
             self.assertEqual([entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"], [])

@@ -17,6 +17,7 @@ from selenium.webdriver.support.ui import Select
 from double_server import Double, packed, types_json  # also finds scripts/
 from made_run import encode, pose, rows
 from chromium import browser
+import figure_style
 import film_frames
 
 LABS = ["shark", "roark"]
@@ -577,6 +578,12 @@ class PageTest(unittest.TestCase):
             }
             done(least); })()""")
         self.assertEqual({what: round(share, 2) for what, share in least.items() if share < 0.3}, {})
+        middle = self.driver.execute_async_script("""const done = arguments[0]; (async () => {
+            const {Sprites} = await import('/page/draw/sprites.js'), {Colours} = await import('/page/draw/colours.js');
+            const sprite = new Sprites(new Colours(arkmesh.stage.sprites.colours.table, false)).robot(4, 0, 12, false), c = new OffscreenCanvas(sprite.width, sprite.height).getContext('2d');
+            c.drawImage(sprite, 0, 0);
+            done([...c.getImageData(sprite.width / 2, sprite.height / 2, 1, 1).data]); })()""")
+        self.assertEqual(bytes(middle[:3]).hex(), figure_style.LEDS[4][1:])  # as figures and films have it
 
     def test_phone(self):
         """On a phone nothing is wider than the screen, STOP is in reach, and two fingers zoom."""
