@@ -133,7 +133,7 @@ export function place_names(labs, sprites, px, sizes, ghosts, places) {
 export function draw_names(c, names, sprites, px) {
   for (const name of names) {
     const { image } = name_label(name, sprites, px);
-    c.globalAlpha = name.opacity;
+    c.globalAlpha = Math.min(1, name.opacity / ghost_opacity); // of new ghosts they can be read
     c.drawImage(image.image, Math.round(name.box.x - image.width / 2), Math.round(name.box.y - image.height / 2));
   }
   c.globalAlpha = 1;

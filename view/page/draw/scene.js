@@ -4,7 +4,7 @@ import { draw_floor } from "./floor.js";
 import { draw_overlay, overlay_words } from "./overlay.js";
 import { draw_trails } from "./trails.js";
 import { draw_ghosts, draw_names, draw_objects, draw_pick, draw_robots, place_names } from "./robots.js";
-import { draw_label } from "./label.js";
+import { draw_label, label } from "./label.js";
 import { Places } from "./label_place.js";
 
 /**
@@ -55,7 +55,8 @@ export function trail_layer(c, { pane, sprites, px, shown, trail_us }) {
  * @param {Scene} scene
  */
 export function names_of({ pane, sprites, px, shown, sizes }) {
-  const places = new Places();
+  const places = new Places(), title = title_place(pane, px), { width, height } = label(pane.title, sprites.colours.inks.ink, sprites.colours.inks.page, title_px * px);
+  places.add({ ...title, width, height });
   if (shown.overlay) {
     for (const { lab, placement } of pane.labs) {
       for (const { place } of lab.overlay ? overlay_words(lab.overlay, placement, sprites.colours, px) : []) places.add(place);
@@ -83,6 +84,18 @@ function top_of(pane) {
   return Math.min(...pane.labs.flatMap(({ lab: { size }, placement }) => [-1, 1].flatMap((x) => [-1, 1].map((y) => placement.y((x * size.width) / 2, (y * size.height) / 2)))));
 }
 
+/** The size of a pane's title. */
+const title_px = 13;
+
+/**
+ * The middle of a pane's title, pixels.
+ * @param {Pane} pane @param {number} px
+ */
+function title_place(pane, px) {
+  const r = pane.rectangle;
+  return { x: r.x + r.width / 2, y: Math.max(r.y + 12 * px, top_of(pane) - 12 * px) };
+}
+
 /** @param {Context} c @param {Scene} scene */
 export function robot_layer(c, scene) {
   const { pane, sprites, px, shown, sizes, pick, path, ruler } = scene;
@@ -95,8 +108,8 @@ export function robot_layer(c, scene) {
     if (pick && (pane.labs.length === 1 || pick.lab === lab.own)) draw_pick(c, lab, placement, inks.pick, px, pick, path);
   }
   if (shown.labels) draw_names(c, names_of(scene), sprites, px);
-  const r = pane.rectangle;
-  draw_label(c, pane.title, r.x + r.width / 2, Math.max(r.y + 12 * px, top_of(pane) - 12 * px), inks.ink, inks.page, 13 * px);
+  const title = title_place(pane, px);
+  draw_label(c, pane.title, title.x, title.y, inks.ink, inks.page, title_px * px);
   for (const { lab, placement } of pane.labs) {
     const old_us = Math.max(0, ...(shown.pictures ? (scene.pictures.get(lab) ?? []) : []).filter((x) => x.newest).map((x) => lab.t_us - x.t_us));
     if (old_us <= picture_old_us) continue;

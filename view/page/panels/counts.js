@@ -157,7 +157,7 @@ export class CountsPanel {
       ...this.size(), cursor: { drag: { x: false, y: false } }, legend: { live: true },
       scales: { x: { time: false } },
       axes: [{ ...axis, label: "lab time, s", labelSize: 16, size: 28 }, { ...axis, size: 40, ...(list.every((s) => s.y.every(Number.isInteger)) && { incrs: whole_steps }) }],
-      series: [{ label: "s" }, ...list.map((s, i) => ({
+      series: [{ label: "lab time, s" }, ...list.map((s, i) => ({
         label: s.name, stroke: strokes[i % strokes.length], dash: dashes[Math.floor(i / strokes.length + i) % dashes.length], width: 2, spanGaps: true, points: { show: false },
         paths: uPlot.paths.stepped?.({ align: 1 }),
       }))],
@@ -215,10 +215,10 @@ function words_of(name, labs) {
 function counts_table(counts, about) {
   const labs = [...new Set(counts.map((c) => c.lab))], names = [...new Set(counts.map((c) => c.name))];
   const at = new Map(counts.map((c) => [`${c.lab} ${c.name}`, c.n]));
-  return table(["count", ...labs], names.map((name) => [labs.map((lab) => about(lab, name)?.["words"]).find(Boolean) ?? count_name(name).words, ...labs.map((lab) => {
+  return names.length ? table(["count", ...labs], names.map((name) => [labs.map((lab) => about(lab, name)?.["words"]).find(Boolean) ?? count_name(name).words, ...labs.map((lab) => {
     const n = at.get(`${lab} ${name}`);
     return n === undefined ? "–" : count_value(name, n);
-  })]));
+  })])) : "";
 }
 
 /**

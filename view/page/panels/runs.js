@@ -1,6 +1,6 @@
 // Which recorded runs are shown: one of a batch, or two that are compared, with the first period in which they differ.
 import { h, section } from "../dom.js";
-import { counted, distance_words, time_words } from "../words.js";
+import { counted, distance_words } from "../words.js";
 
 /** Differences of places that are told, the largest. */
 const places_most = 6;
@@ -36,8 +36,7 @@ export class RunsPanel {
     this.choice.selectedIndex = about.number ?? 0;
     this.notes.replaceChildren(...notes.map((note) => h("p", { class: "attention" }, note)));
     this.button.hidden = !about.first_difference;
-    const d = about.first_difference;
-    this.said.replaceChildren(d ? `The runs first differ in period ${d.period}, at ${time_words(d.t_us)}, in ${d.lab}.` : two ? "The runs are the same in every period that both have." : "");
+    this.said.replaceChildren(); // where they differ is one of the notes
   }
 
   /**
@@ -59,7 +58,7 @@ export class RunsPanel {
     await player.seek(d.t_us);
     const [first, ...others] = [...new Set(world.labs.map((lab) => run_of(lab.name)))].map((run) => world.labs.filter((lab) => run_of(lab.name) === run));
     const pairs = first.flatMap((lab) => others.flat().filter((other) => other.own === lab.own).map((other) => ({ lab, other })));
-    this.said.replaceChildren(h("p", {}, `The runs first differ in period ${d.period}, at ${time_words(d.t_us)}.`), ...pairs.map(({ lab, other }) => h("p", {}, `${lab.own}: ${differences(lab, other)}`)));
+    this.said.replaceChildren(...pairs.map(({ lab, other }) => h("p", {}, `${lab.own}: ${differences(lab, other)}`)));
   }
 }
 
