@@ -196,6 +196,24 @@ std::string wrapping_of(const Difference& what, const Silicon& silicon) {
   return (value(what.here) - value(what.there)) % 65536 == 0 ? "unsigned numbers of 16 bits wrap" : "";
 }
 
+// Of numbers that are on a robot what fills its memory at the start, and are not here: a robot's holds what was there
+// before.
+std::string unset_of(const Difference& what) {
+  const auto unset = [](const std::string& number) {
+    char* end = nullptr;
+    const auto value = static_cast<unsigned>(std::strtoll(number.c_str(), &end, 10));
+    constexpr unsigned fill = 0xC5C5C5C5;  // emulator.c's `painted`
+    return *end == 0 && (value == (fill & 0xFF) || value == (fill & 0xFFFF) || value == fill ||
+                         value == 0xFFFF0000 + (fill & 0xFFFF) || value == 0xFFFFFF00 + (fill & 0xFF));
+  };
+  bool all = true, some = false;
+  std::istringstream here(what.kind == 'o' ? what.seen_here : what.here);
+  std::istringstream there(what.kind == 'o' ? what.seen_there : what.there);
+  for (std::string one, other; here >> one && there >> other;)
+    if (one != other) some = true, all = all && unset(one);
+  return some && all ? "the program never sets it: memory holds what was there before" : "";
+}
+
 std::string sentence(const Difference& what, const std::string& reason, const Silicon& silicon) {
   const char* const called = what.called == "L" ? "loop" : what.called == "S" ? "setup" : "a callback";
   std::string out = fmt::format("robot {}, tick {}: ", what.robot, what.tick);
@@ -331,6 +349,7 @@ Proof prove_program(const ProgramSources& sources, const TurnLog& log) {
   for (const Difference& one : merged(std::move(found), silicon)) {
     const auto reason = reasons.find({one.robot, one.segment});
     std::string why = reason == reasons.end() ? wrapping_of(one, silicon) : reason->second;
+    if (why.empty()) why = unset_of(one);
     const std::string function = !one.function.empty() ? one.function : one.called == "L" ? "loop" : "";
     if (const Otherwise* const other = why.empty() ? widths.near(function, one.place) : nullptr)
       why = fmt::format("{} (line {})", other->what, other->place.substr(other->place.rfind(':') + 1));

@@ -71,6 +71,7 @@ TEST_CASE("each cause of a difference is found, with its line and what it does t
         "set_color("}},
       {"fraction", 12, {"level is 7 on a robot and 8 here", "(fraction.c:8)", "fractions", "first seen at tick"}},
       {"index", 10, {"set_color(", "in hear (index.c:9)", "an index is beyond its array at line 9"}},
+      {"unset", 2, {"message ", "197 197 197", "the program never sets it"}},
       {"memory", 12, {"static memory, heap and stack are more than a robot's 2048 bytes"}},
       {"long_loop", 1, {"loop takes ", " ticks, and no time here"}},
   };
