@@ -14,12 +14,12 @@ export class ClockPanel {
   update(world) {
     const recorded = world.about.mode === "recorded";
     const rows = world.labs.map((lab) => ({ lab, told: lab_words(lab, recorded) }));
-    const paced = rows.some(({ told }) => told.period);
+    const paced = rows.some(({ told }) => told.period), fast = rows.some(({ told }) => told.speed);
     const period_s = rows.map(({ lab }) => lab.period_us() / 1e6).find((s) => s > 0);
-    const head = ["lab", "time", ...(paced ? ["period"] : []), "speed"];
+    const head = ["lab", "time", ...(paced ? ["period"] : []), ...(fast ? ["speed"] : [])];
     patch(this.body, h("table", { class: "world" }, h("thead", {}, h("tr", {}, ...head.map((words) => h("th", { scope: "col" }, words)))),
       ...rows.map(({ lab, told }) => h("tbody", {},
-        h("tr", {}, h("th", { scope: "row" }, lab.name), h("td", {}, told.time), paced && h("td", {}, told.period), h("td", {}, told.speed)),
+        h("tr", {}, h("th", { scope: "row" }, lab.name), h("td", {}, told.time), paced && h("td", {}, told.period), fast && h("td", {}, told.speed)),
         ...[told.arena, told.says].filter(Boolean).map((words) => h("tr", {}, h("td", { colspan: head.length, class: words === told.says && told.attention ? "attention" : "about" }, words)))))),
     period_s !== undefined && h("p", { class: "about" }, `A period is ${period_s} s.`));
   }

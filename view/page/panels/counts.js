@@ -155,10 +155,10 @@ export class CountsPanel {
     const axis = { stroke: ink, grid: { stroke: "#8884", width: 1 }, ticks: { stroke: "#8884", width: 1 }, font: "11px system-ui" };
     this.plot = new uPlot({
       ...this.size(), cursor: { drag: { x: false, y: false } }, legend: { live: true },
-      scales: { x: { time: false } },
+      scales: { x: { time: false, ...(this.whole && { range: () => /** @type {[number, number]} */ ([0, (world.about.length_us ?? 0) / 1e6]) }) } },
       axes: [{ ...axis, label: "lab time, s", labelSize: 16, size: 28 }, { ...axis, size: 40, ...(list.every((s) => s.y.every(Number.isInteger)) && { incrs: whole_steps }) }],
       series: [{ label: "lab time, s" }, ...list.map((s, i) => ({
-        label: s.name, stroke: strokes[i % strokes.length], dash: dashes[Math.floor(i / strokes.length + i) % dashes.length], width: 2, spanGaps: true, points: { show: false },
+        label: s.name, stroke: strokes[i % strokes.length], dash: dashes[Math.floor(i / strokes.length + i) % dashes.length], width: 2, spanGaps: true, points: { show: s.t_s.length === 1, size: 8 }, // a fast run may be noted once
         paths: uPlot.paths.stepped?.({ align: 1 }),
       }))],
       hooks: { draw: [(u) => this.whole && mark(u, world.t_us / 1e6, ink)] },
