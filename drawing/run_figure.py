@@ -90,6 +90,18 @@ def draw_robots(axes, lab):
                 axes.add_patch(Circle((x, y), radius, facecolor="none", edgecolor=colour, linewidth=1, alpha=0.7, zorder=4))
 
 
+def draw_arena(axes, lab):
+    """Wall, drawings and robots; returns the drawings' entries of a legend."""
+    wide, high = lab.arena.width_m, lab.arena.height_m
+    axes.add_patch(Rectangle((-wide / 2, -high / 2), wide, high, fill=False, linewidth=1.5))
+    margin = 0.03 * max(wide, high)
+    axes.set_xlim(-wide / 2 - margin, wide / 2 + margin)
+    axes.set_ylim(-high / 2 - margin, high / 2 + margin)
+    axes.set_aspect("equal")
+    draw_robots(axes, lab)
+    return draw_overlay.draw(axes, lab.overlay, told=lab.means) if lab.overlay else []
+
+
 def draw_swarms(axes, lab, end_s):
     """CRE: who is committed, and how many ground robots are in the south, as shares of their swarms."""
     rows = [{name: float(value) for name, value in row.items()} for row in rows_of(lab.folder, "swarms")]
@@ -155,19 +167,11 @@ def draw(labs, width="page", title=None):
     shown, arenas = {}, {}
     for i, lab in enumerate(labs):
         axes = arenas[lab.name] = figure.add_subplot(grid[i // across, i % across])
-        wide, high = lab.arena.width_m, lab.arena.height_m
-        axes.add_patch(Rectangle((-wide / 2, -high / 2), wide, high, fill=False, linewidth=1.5))
-        margin = 0.03 * max(wide, high)
-        axes.set_xlim(-wide / 2 - margin, wide / 2 + margin)
-        axes.set_ylim(-high / 2 - margin, high / 2 + margin)
-        axes.set_aspect("equal")
+        shown.update({entry.get_label(): entry for entry in draw_arena(axes, lab)})
         axes.set_xlabel("x (m)", labelpad=1)
         axes.set_ylabel("y (m)", labelpad=1)
-        if lab.overlay:
-            shown.update({entry.get_label(): entry for entry in draw_overlay.draw(axes, lab.overlay, told=lab.means)})
-        draw_robots(axes, lab)
         rules = lab.arena.platform.partition(" ")[2]  # "(infrared: argos)"
-        axes.set_title(f"{lab.name}: {lab.arena.robots} robots, {wide:g} x {high:g} m {rules}".rstrip(), color=colours[lab.name])
+        axes.set_title(f"{lab.name}: {lab.arena.robots} robots, {lab.arena.width_m:g} x {lab.arena.height_m:g} m {rules}".rstrip(), color=colours[lab.name])
     # One legend for all arenas.
     marks = [Line2D([], [], marker="o", linestyle="", markerfacecolor=LEDS[led], color="black", markeredgewidth=0.6, label=words) for led, words in leds(labs).items()]
     if len(names) > 1:
