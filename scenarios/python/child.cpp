@@ -110,6 +110,11 @@ std::chrono::nanoseconds Child::waited() const {
   return std::chrono::steady_clock::now() - asked_ - (process_.run_delay() - delayed_);
 }
 
+bool Child::has_waited(std::chrono::nanoseconds time) const {
+  // the clock alone tells mostly, and costs less
+  return std::chrono::steady_clock::now() - asked_ >= time && waited() >= time;
+}
+
 void Child::ask_where() {
   process_.signal(SIGUSR1);
 }

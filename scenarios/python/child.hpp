@@ -38,6 +38,7 @@ class Child {
   void begin_to_wait();
   // Since then, but for what it waited for a processor meanwhile: a busy machine is no scenario that hangs.
   std::chrono::nanoseconds waited() const;
+  bool has_waited(std::chrono::nanoseconds time) const;
   // Makes it print where it is (SIGUSR1), if it can still hear that.
   void ask_where();
 

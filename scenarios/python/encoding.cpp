@@ -13,6 +13,7 @@ namespace {
 // `get(robot)` gives id, pose in the arena, pose in the shared frame and LED.
 template <class Robots, class Get>
 void put_robots(std::string& out, const Robots& robots, const Get& get) {
+  out.resize(out.size() + (sizeof(std::uint32_t) - out.size()) % 8);  // wide numbers begin at a multiple of 8
   const std::size_t n = robots.size();
   put(out, static_cast<std::uint32_t>(n));
   std::string ids, places, headings, shared, leds;
@@ -26,7 +27,7 @@ void put_robots(std::string& out, const Robots& robots, const Get& get) {
     put(shared, in_shared.y_m);
     put(leds, static_cast<std::uint8_t>(led));
   }
-  // wide numbers first: they begin at a multiple of 8
+  // wide numbers first
   for (const std::string* part : {&places, &shared, &headings, &ids, &leds}) out += *part;
 }
 

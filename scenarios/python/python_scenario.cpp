@@ -246,7 +246,7 @@ std::optional<std::string> PythonScenario::next_answer(std::chrono::milliseconds
     throw std::runtime_error(fmt::format("{} {}", file_.filename().string(), error.what()));
   }
   write_output();
-  if (!message && child_->waited() >= patience_) fail_silent();
+  if (!message && child_->has_waited(patience_)) fail_silent();
   if (!message) return std::nullopt;
   if (message->kind == 'E') throw std::runtime_error(message->content);
   return std::move(message->content);

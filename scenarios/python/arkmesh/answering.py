@@ -25,10 +25,10 @@ import numpy
 
 from .scenario import HEARD, Lab, Scenario, check_every
 
-HEAD = struct.Struct("<IB")
+HEAD, TIME, COUNT = struct.Struct("<IB"), struct.Struct("<qI"), struct.Struct("<I")
 # What a robot's program, ARGoS and others call it.
 OTHERS_WORDS = {"setup": "begin", "start": "begin", "init": "begin", "loop": "frame", "step": "frame", "update": "frame", "poses": "frame", "boundary": "period"}
-U4, F8, U1 = numpy.dtype("<u4"), numpy.dtype("<f8"), numpy.dtype("u1")  # as every machine that arkmesh runs on has them
+U4, F8, U1, I8 = numpy.dtype("<u4"), numpy.dtype("<f8"), numpy.dtype("u1"), numpy.dtype("<i8")  # as every machine that arkmesh runs on has them
 POSE = numpy.dtype([("x", "<f8"), ("y", "<f8"), ("heading", "<f8")])
 PACKAGE = pathlib.Path(__file__).resolve().parent
 # Whose code none of the user's is.
@@ -92,48 +92,51 @@ class Line:
 
 
 class Reader:
-    def __init__(self, data):
-        self.data, self.at = data, 0
+    """Arrays lie in the message, which nobody else holds."""
 
-    def number(self, form):
-        value = struct.unpack_from("<" + form, self.data, self.at)[0]
-        self.at += struct.calcsize("<" + form)
+    def __init__(self, data):
+        self.data = data
+        (self.now_us, self.period), self.at = TIME.unpack_from(data), TIME.size
+
+    def count(self):
+        value, = COUNT.unpack_from(self.data, self.at)
+        self.at += COUNT.size
         return value
 
     def array(self, dtype, n):
-        """Lies in the message, which nobody else holds, where numbers may lie so."""
-        found = numpy.frombuffer(self.data, dtype, n, self.at)
-        self.at += found.nbytes
+        found = numpy.ndarray(n, dtype, self.data, self.at)
+        self.at += n * dtype.itemsize
         return found if found.flags.aligned else found.copy()
 
     def robots(self):
-        n = self.number("I")
-        xy, shared_xy = self.array(F8, 2 * n).reshape(n, 2), self.array(F8, 2 * n).reshape(n, 2)
-        heading, ids, led = self.array(F8, n), self.array(U4, n), self.array(U1, n)
-        return {"ids": ids, "xy": xy, "heading": heading, "shared_xy": shared_xy, "led": led}
+        self.at += (COUNT.size - self.at) % 8  # so that numbers begin at a multiple of 8
+        n, data = self.count(), self.data
+        at = self.at
+        self.at += 45 * n
+        return {"ids": numpy.ndarray(n, U4, data, at + 40 * n), "xy": numpy.ndarray((n, 2), F8, data, at), "heading": numpy.ndarray(n, F8, data, at + 32 * n),
+                "shared_xy": numpy.ndarray((n, 2), F8, data, at + 16 * n), "led": numpy.ndarray(n, U1, data, at + 44 * n)}
 
     def text(self):
-        n = self.number("B")
-        self.at += n
+        n = self.data[self.at]
+        self.at += 1 + n
         return self.data[self.at - n:self.at].decode()
 
 
 def see(lab, kind, content):
     """Shows a lab what a message of kind F (a frame) or P (a boundary) holds."""
     reader = Reader(content)
-    now_us, number = reader.number("q"), reader.number("I")
     if kind == "F":
         robots = reader.robots()
-        objects, heard = reader.array(POSE, reader.number("I")), reader.array(HEARD, reader.number("I"))
+        objects, heard = reader.array(POSE, reader.count()), reader.array(HEARD, reader.count())
         n = len(robots["ids"])
-        lab._see(now_us, robots, objects, heard, [reader.array(F8, n * (columns := reader.number("I"))).reshape(n, columns) for _ in lab._pieces])
+        lab._see(reader.now_us, robots, objects, heard, [reader.array(F8, n * (columns := reader.count())).reshape(n, columns) for _ in lab._pieces])
         return
     states = []
     for name in lab.labs:
         robots = reader.robots()
-        fields = {reader.text(): reader.array("<i8", reader.number("I")) for _ in range(reader.number("I"))}
+        fields = {reader.text(): reader.array(I8, reader.count()) for _ in range(reader.count())}
         states.append((name, robots, fields))
-    lab._merge(now_us, number, states, [reader.array(F8, reader.number("I")) for _ in lab._pieces])
+    lab._merge(reader.now_us, reader.period, states, [reader.array(F8, reader.count()) for _ in lab._pieces])
 
 
 def global_state(new=None, facts=None):

@@ -5,6 +5,7 @@ import hashlib
 import math
 import pathlib
 import re
+from functools import cached_property
 from typing import Any, Optional, Sequence, TypeVar
 
 import numpy
@@ -80,13 +81,31 @@ class Others:
     """The robots of all other labs as merged last, by lab and id: places are in this lab's arena, or `shared_xy`."""
 
     def __init__(self, parts=()):
-        parts = [p for p in parts if p is not None]
-        self.labs = numpy.repeat(numpy.array([name for name, _ in parts], dtype="<U15"), [len(robots["ids"]) for _, robots in parts])
-        self.ids = _joined(parts, "ids", (0,), numpy.uint32)
-        self.xy = _joined(parts, "xy", (0, 2), float)
-        self.shared_xy = _joined(parts, "shared_xy", (0, 2), float)
-        self.heading = _joined(parts, "heading", (0,), float)
-        self.led = _joined(parts, "led", (0,), numpy.uint8)
+        self._parts = parts
+
+    @cached_property
+    def labs(self) -> NDArray[numpy.str_]:
+        return numpy.repeat(numpy.array([name for name, _ in self._parts], dtype="<U15"), [len(robots["ids"]) for _, robots in self._parts])
+
+    @cached_property
+    def ids(self) -> NDArray[numpy.uint32]:
+        return _joined(self._parts, "ids", (0,), numpy.uint32)
+
+    @cached_property
+    def xy(self) -> NDArray[numpy.float64]:
+        return _joined(self._parts, "xy", (0, 2), float)
+
+    @cached_property
+    def shared_xy(self) -> NDArray[numpy.float64]:
+        return _joined(self._parts, "shared_xy", (0, 2), float)
+
+    @cached_property
+    def heading(self) -> NDArray[numpy.float64]:
+        return _joined(self._parts, "heading", (0,), float)
+
+    @cached_property
+    def led(self) -> NDArray[numpy.uint8]:
+        return _joined(self._parts, "led", (0,), numpy.uint8)
 
 
 def _joined(parts, key, shape, dtype):
@@ -235,6 +254,8 @@ class Lab(Kit, Showing):
             raise ValueError(f"{name} is one number, or {n} of them, and has the shape {given.shape}")
         if given.dtype.kind == "b":
             given = given.view(numpy.uint8)
+            if low <= 0 and high >= 1:
+                return given
         if given.dtype.kind not in "iuf" or (given.dtype.kind == "f" and not (given == numpy.floor(given)).all()):
             raise ValueError(f"{name} must be whole numbers, and holds others, or NaN")
         if given.size and (given.min() < low or given.max() > high):
