@@ -53,7 +53,7 @@ void draw_plots(const app::Batch& batch) {
     try {
       app::draw_batch(batch.directory(), plot);
     } catch (const std::runtime_error& why) {
-      fmt::print(stderr, "arkmesh: no figure of {}: {}\n", plot.column, why.what());
+      fmt::print(stderr, "arkmesh: cannot draw {}: {}\n", plot.column, why.what());
     }
   }
 }
@@ -103,7 +103,7 @@ int run_one(app::Batch& batch, std::size_t run, bool retry, OperatorStop& stop) 
     throw hal::ConfigError(fmt::format("run {} is in progress in another process; wait until it ends", run));
   const app::RunState state = batch.state_of(run);
   if (state == app::RunState::finished || (state == app::RunState::failed && !retry)) {
-    fmt::print("run {} has its result already\n", run);
+    fmt::print("run {} already has a result\n", run);
     return 0;
   }
   const app::RunTask task = batch.task(run);
@@ -139,8 +139,7 @@ int run(const BatchOptions& options) {
   hand_over(batch.plan());
   if (options.list) return list_runs(batch.plan()), 0;
   if (options.run >= static_cast<std::int64_t>(batch.plan().runs()))
-    throw hal::ConfigError(
-        fmt::format("--index {}: the batch has the runs 0..{}", options.run, batch.plan().runs() - 1));
+    throw hal::ConfigError(fmt::format("--index {}: the batch has runs 0..{}", options.run, batch.plan().runs() - 1));
   OperatorStop stop;
   ProgressLine line;
   const bool single = options.run >= 0;
@@ -187,8 +186,9 @@ void add_batch_command(CLI::App* command) {
   auto* over =
       command->add_option("--over", options->plot.over, "Key or choice along the horizontal axis")->needs(plot);
   plot->needs(over)->excludes(index)->excludes(slurm);
-  command->add_option("--by", options->plot.by, "A line or a group of boxes for each value of this one")->needs(plot);
-  command->add_option("--kind", options->plot.kind, "box or line; default: what suits the key")->needs(plot);
+  command->add_option("--by", options->plot.by, "Draw a line or a group of boxes for each value of this key or choice")
+      ->needs(plot);
+  command->add_option("--kind", options->plot.kind, "box or line (default: depends on the key)")->needs(plot);
   for (CLI::Option* look : add_looks(command, options->plot.looks)) look->needs(plot);
   command->footer(
       "Examples:\n  arkmesh batch experiments/dhtf/batch.toml\n  arkmesh batch study.toml --seeds 1..5 --out runs/try\n"

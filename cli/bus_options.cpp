@@ -10,7 +10,7 @@
 namespace arkmesh::cli {
 
 void BusOptions::add_to(CLI::App& command) {
-  command.add_option("file", file, "The lab's configuration file; without it the lab on the default bus.url")
+  command.add_option("file", file, "The lab's configuration file (default: the lab on the default bus.url)")
       ->check(CLI::ExistingFile);
   command.add_option("--set", sets, "Override a key of the file, as for `arkmesh lab`")->allow_extra_args(false);
 }
@@ -32,8 +32,8 @@ std::string BusOptions::hung_words() const {
   const auto holder = hal::kilobot::port_holder(arena.section("kilobot").get("port", std::string()));
   if (!holder || holder->state != hal::kilobot::PortHolder::State::hung) return {};
   return fmt::format(
-      "{0} (process {1}) hangs; its guard tells the robots to stop, and they certainly stop once that process is "
-      "ended: kill -9 {1}",
+      "{0} (process {1}) hangs; its guard is stopping the robots; to make sure that they stop, end the process: kill "
+      "-9 {1}",
       holder->who, holder->process);
 }
 

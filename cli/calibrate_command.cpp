@@ -138,9 +138,9 @@ std::vector<tracker::Point> corners_of(const CalibrateOptions& options, const tr
   const cv::Mat picture = arena_picture(options, lens);
   corners = tracker::find_table_corners(picture);
   if (corners.empty())
-    throw std::runtime_error(
-        fmt::format("{}: no arena stands out from its surroundings; give its corners with --corner x,y, four times",
-                    options.corner_picture));
+    throw std::runtime_error(fmt::format(
+        "{}: the arena does not stand out from its surroundings; give its corners with --corner x,y, four times",
+        options.corner_picture));
   for (const tracker::Point& at : corners) fmt::print("corner {:.1f},{:.1f}\n", at.x, at.y);
   return corners;
 }
@@ -160,10 +160,10 @@ std::vector<tracker::Landmark> landmarks_in(const CalibrateOptions& options, con
   if (!options.corner_picture.empty()) found = testbed::landmarks_of(arena_picture(options, data.lens), data);
   const bool enough = found.size() >= tracker::CameraGuard::fewest_marks;
   fmt::print("landmarks of the arena: {}{}\n", found.size(),
-             enough ? ", by which a lab notices when the camera is moved"
+             enough ? ", with which a lab detects a moved camera"
              : options.corner_picture.empty()
-                 ? "; without a picture (--corners) a lab cannot notice when the camera is moved"
-                 : ", too few to notice when the camera is moved; stick some small dark dots near the arena's border "
+                 ? "; without a picture (--corners) a lab cannot detect a moved camera"
+                 : ", too few to detect a moved camera; stick some small dark dots near the arena's border "
                    "and take the picture again");
   return found;
 }
@@ -205,7 +205,7 @@ bool calibrate(const CalibrateOptions& options) {
   const auto place = camera.position_m();
   fmt::print("camera: {:.3f} m above the arena, over {:.3f},{:.3f}; {} off by {:.2f} px = {:.2f} mm\n", place[2],
              place[0], place[1], landmarks.empty() ? "corners" : "landmarks", data.error_px, data.error_mm);
-  if (const std::string width = robot_width(data, {0, 0}); !width.empty()) fmt::print("the arena's middle{}\n", width);
+  if (const std::string width = robot_width(data, {0, 0}); !width.empty()) fmt::print("the arena's centre{}\n", width);
   draw_check(options, data);
   const std::size_t cameras = testbed::put_into(options.out, {options.name, data, landmarks_in(options, data)});
   fmt::print("{}: {} ({})\n", options.out, hal::counted(cameras, "camera"), options.name);
@@ -232,8 +232,8 @@ void import_ark(const CalibrateOptions& options) {
     const double robot_px = testbed::robot_width_px(data, {place[0], place[1]}).value_or(0);
     if (robot_px < 4 || robot_px > 500)
       throw std::runtime_error(
-          fmt::format("in pictures of {} x {} pixels a robot below camera{} would be {:.1f} px wide; is --size that of "
-                      "its pictures?",
+          fmt::format("in pictures of {} x {} pixels a robot below camera{} would be {:.1f} px wide; is --size the "
+                      "size of its pictures?",
                       table.width_px, table.height_px, cameras.size() - 1, robot_px));
     fmt::print("camera{}: over {:.3f},{:.3f}{}\n", cameras.size() - 1, place[0], place[1],
                robot_width(data, {place[0], place[1]}));
@@ -248,7 +248,7 @@ void add_calibrate_command(CLI::App* command) {
   const auto options = std::make_shared<CalibrateOptions>();
   command
       ->add_option("PICTURES", options->pictures,
-                   "Pictures of a chessboard, at different slants, all over the camera's view")
+                   "Pictures of a chessboard at different angles, together covering the camera's view")
       ->check(CLI::ExistingFile);
   command->add_option("--board", options->board, "Inner corners of the chessboard, columns x rows")
       ->capture_default_str();
@@ -258,26 +258,25 @@ void add_calibrate_command(CLI::App* command) {
   command->add_option("--arena", options->arena, "Width x height of the arena in metres, along x (east) and y (north)")
       ->capture_default_str();
   command->add_option("--corner", options->corners,
-                      "A corner of the arena in pixels, x,y; four times, from the north-west one clockwise");
+                      "A corner of the arena in pixels, x,y; four times, clockwise from the north-west corner");
   command
       ->add_option("--corners", options->corner_picture,
-                   "A picture of the whole arena, in which arkmesh finds the landmarks by which a lab notices that the "
-                   "camera was moved since; without --corner and --landmark also the corners, of which it takes the "
-                   "upper left one for the north-west one")
+                   "A picture of the whole arena, in which arkmesh finds landmarks; with them a lab later detects that "
+                   "the camera was moved. Without --corner and --landmark it also finds the corners; the upper left "
+                   "one is the north-west corner")
       ->check(CLI::ExistingFile);
   command
-      ->add_option("--landmark", options->landmarks,
-                   "A point of the arena, in the picture and in the arena: x,y=x,y in pixels and metres (x "
-                   "east, y north of the "
-                   "arena's middle); "
-                   "four times or more, spread over the view, for a camera that does not see all four corners")
+      ->add_option(
+          "--landmark", options->landmarks,
+          "A point in the picture and in the arena: x,y=x,y in pixels and metres (x east, y north of the arena's "
+          "centre); at least four, spread over the view, for a camera that does not see all four corners")
       ->excludes("--corner");
   command->add_option("--name", options->name, "The camera's name in the file")->capture_default_str();
   command->add_option("--png", options->png, "Draw the arena's outline over its picture, to check the calibration");
   command->add_option("--out", options->out, "The calibration file (.yaml); other cameras in it are kept")->required();
   command
       ->add_option("--intrinsics", options->intrinsics,
-                   "The lens, as OpenCV or ROS calibrated it (YAML), in place of PICTURES")
+                   "A lens calibration from OpenCV or ROS (YAML), in place of PICTURES")
       ->check(CLI::ExistingFile);
   auto* ark =
       command->add_option("--import-ark", options->ark, "Convert an ARK calibration instead")->check(CLI::ExistingFile);
@@ -292,7 +291,7 @@ void add_calibrate_command(CLI::App* command) {
       "Examples:\n  arkmesh calibrate board*.png --board 7x6 --square-mm 25 --corners arena.png --arena 1x1 --out "
       "testbed.yaml\n"
       "  arkmesh calibrate --import-ark calibration.xml --arena 2x2 --out testbed.yaml\n"
-      "Exit code 4: the file was written, and a warning names a number in it that is uncertain.");
+      "Exit code 4: the file was written, but a number in it is uncertain; a warning names it.");
   command->callback([options] {
     tracker::quieten_libraries();
     if (!options->ark.empty())

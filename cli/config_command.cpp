@@ -21,7 +21,7 @@ void print(const app::AirtimeNeed& need) {
   const double room = need.room, robots = static_cast<double>(need.robots);
   fmt::print("{}: {}, layout {}; room for {:.1f} words a second, so {:.2f} s for a word to each robot\n", need.lab,
              hal::counted(need.robots, "robot"), need.layout, room, robots / room);
-  if (need.slots.empty()) return fmt::print("sends nothing to single robots\n");
+  if (need.slots.empty()) return fmt::print("sends nothing to individual robots\n");
   fmt::print("  {:>4}  {:>8}  {:>15}  {:>19}\n", "slot", "words/s", "share of airtime", "in busiest second");
   const auto line = [&](const std::string& slot, const app::SlotNeed& slot_need) {
     const double each_s = static_cast<double>(slot_need.words) / need.seconds;
@@ -30,15 +30,15 @@ void print(const app::AirtimeNeed& need) {
   for (const auto& [slot, slot_need] : need.slots) line(fmt::format("{}", slot), slot_need);
   if (need.slots.size() > 1) line("all", need.all);
   if (need.anew > 0)
-    fmt::print("  to resend everything, after a reset or when the line was down: {} words, {:.1f} s\n", need.anew,
+    fmt::print("  to resend everything after a reset or a lost connection: {} words, {:.1f} s\n", need.anew,
                static_cast<double>(need.anew) / room);
   const auto share = [&](std::uint64_t messages) {
     return 100 * static_cast<double>(messages) / static_cast<double>(need.air.offered);
   };
   if (need.air.replaced > 0)
-    fmt::print("  {:.1f} % were replaced by newer ones before their turn\n", share(need.air.replaced));
+    fmt::print("  {:.1f} % were replaced by newer ones before they were sent\n", share(need.air.replaced));
   if (need.air.refused > 0)
-    fmt::print("  {:.1f} % were refused: the layout cannot carry them, or nobody has that id\n",
+    fmt::print("  {:.1f} % were refused: the layout cannot carry them, or no robot has that id\n",
                share(need.air.refused));
 }
 
@@ -58,19 +58,17 @@ void add_config_command(CLI::App* command) {
   const auto wants_sample = std::make_shared<bool>(false);
   CLI::Option* const keys = command
                                 ->add_option("--keys", *section,
-                                             "Every key with type, unit, default and range; of one section: --keys "
-                                             "gate; of a scenario in Python: --keys "
-                                             "light_up.py")
+                                             "List all keys with type, unit, default and range; those of a section: "
+                                             "--keys gate; of a Python scenario: --keys light_up.py")
                                 ->expected(0, 1);
-  command->add_flag("--sample", *wants_sample, "A commented file that runs as it is")->excludes(keys);
+  command->add_flag("--sample", *wants_sample, "Print a commented file that runs unchanged")->excludes(keys);
   const auto airtime = std::make_shared<std::vector<std::string>>(),
              sets = std::make_shared<std::vector<std::string>>();
   const auto seconds = std::make_shared<double>(60);
   CLI::Option* const trial =
       command
           ->add_option("--airtime", *airtime,
-                       "Estimate in simulation the labs' messages to robots, slot by slot, beside the available "
-                       "airtime")
+                       "Simulate the labs, and compare their messages to robots, by slot, with the available airtime")
           ->check(CLI::ExistingFile)
           ->excludes(keys);
   command->add_option("--seconds", *seconds, "Lab time to simulate (default 60)")

@@ -40,13 +40,13 @@ int check_controller(const sim_ode::ProgramSources& program) {
   const sim_ode::CheckedProgram checked = sim_ode::check_program(program);
   for (const std::string& warning : checked.warnings) fmt::print("{}\n", warning);
   fmt::print(
-      "{}: flash {} of {} bytes (the library's {} included), static RAM {} of {} (the library's {} included; {} remain "
-      "for the stack)\n",
+      "{}: flash {} of {} bytes (including the library's {}), static RAM {} of {} (including the library's {}; {} "
+      "remain for the stack)\n",
       program.name(), checked.sizes.flash, sim_ode::flash_limit_bytes, sim_ode::flash_library_bytes, checked.sizes.ram,
       sim_ode::ram_limit_bytes, sim_ode::ram_library_bytes, std::max(0, sim_ode::ram_limit_bytes - checked.sizes.ram));
   if (const auto& [place, function, bytes] = checked.largest;
       sim_ode::ram_limit_bytes < checked.sizes.ram + bytes && bytes > 0)
-    fmt::print("{}: {} alone needs {} bytes of the stack\n", place, function, bytes);
+    fmt::print("{}: {} alone needs {} bytes of stack\n", place, function, bytes);
   if (checked.fits()) return 0;
   fmt::print(stderr, "arkmesh: {} does not fit on a robot\n", program.name());
   return 1;
@@ -91,7 +91,7 @@ void add_build_command(CLI::App& controller) {
       "Example:\n  git clone https://github.com/acornejo/kilolib\n"
       "  arkmesh controller build my_robot.c -o my_robot.hex --kilolib kilolib\n"
       "  arkmesh ohc /dev/ttyUSB0 upload my_robot.hex\n"
-      "Needs avr-gcc. Ends with 1 when the program does not build or does not fit, with 2 when there is no kilolib.");
+      "Needs avr-gcc. Exit code 1 if the program does not build or does not fit, 2 if there is no kilolib.");
   build->callback([options] {
     const sim_ode::ProgramSources program = options->program.sources();
     const std::string hex =
@@ -226,18 +226,19 @@ void add_run(CLI::App& controller) {
   run->add_option("--text", options->text_lines, "How many lines of each robot's output to show")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
-  run->add_flag("--open", options->open,
-                "Watch the swarm live in a browser, until Ctrl-C: pause, restart, change pace, see what a robot prints")
+  run->add_flag(
+         "--open", options->open,
+         "Watch the swarm live in a browser, until Ctrl-C: pause, restart, change the speed, see what a robot prints")
       ->excludes(png, video, csv);
   run->add_option("--pace", options->pace,
-                  "The same at an address that is printed: seconds of simulated time in one of the wall (--open: 1)")
+                  "Serve the page at a printed address, at this multiple of real time (--open: 1)")
       ->check(CLI::Range(0.0625, 1024.0))
       ->excludes(png, video, csv);
   run->footer(
       "Examples:\n  arkmesh controller run my_robot.c --robots 25 --seconds 60 --light 0.3,0 --png end.png\n"
       "  arkmesh controller run my_robot.c --open\n"
       "  arkmesh controller run complexity.c list.c -I ../common -D SIMULATION\n"
-      "Ends with 1 when the program does not compile, crashes or never returns.");
+      "Exit code 1 if the program does not compile, crashes or never returns.");
   run->callback([options, seconds] {
     options->complete();
     options->has_seconds = seconds->count() > 0;
@@ -247,12 +248,12 @@ void add_run(CLI::App& controller) {
 
 // For packages, and so not listed.
 void add_ship_command(CLI::App& controller) {
-  auto* ship = controller.add_subcommand("ship", "Compiles labs' programs to be run where there is no compiler");
+  auto* ship = controller.add_subcommand("ship", "Compile labs' programs, to run them on machines without a compiler");
   ship->group("");
   const auto files = std::make_shared<std::vector<std::string>>();
   const auto out = std::make_shared<std::string>();
   ship->add_option("FILE", *files, "Labs' configuration files")->required()->check(CLI::ExistingFile);
-  ship->add_option("--out", *out, "The folder, lib/arkmesh/programs beside an installed bin")->required();
+  ship->add_option("--out", *out, "Output folder: lib/arkmesh/programs beside an installed bin")->required();
   ship->callback([files, out] {
     for (const std::string& file : *files) {
       const hal::Config lab = hal::Config::from_file(file);
@@ -276,7 +277,7 @@ void add_controller_command(CLI::App* controller) {
   const auto program = std::make_shared<ProgramOptions>();
   program->add_to(*check);
   check->footer(
-      "Example:\n  arkmesh controller check my_robot.c\nNeeds avr-gcc. Ends with 1 when the program does not build or "
+      "Example:\n  arkmesh controller check my_robot.c\nNeeds avr-gcc. Exit code 1 if the program does not build or "
       "does not fit.");
   check->callback([program] { end_with(check_controller(program->sources())); });
 }

@@ -39,7 +39,8 @@ void add_doctor_command(CLI::App* command, std::vector<hal::Finding> (*examine_t
                       "Also check this lab's LCM and TCP ports, and the cameras and controller of a real testbed");
   const auto sets = std::make_shared<std::vector<std::string>>();
   command->add_option("--set", *sets, "Override a key of that file: --set arena.use=kilobot")->allow_extra_args(false);
-  command->footer("Example:\n  arkmesh doctor experiments/dhtf/shark.toml\nExit code 0 if nothing is wrong, else 1.");
+  command->footer(
+      "Example:\n  arkmesh doctor experiments/dhtf/shark.toml\nExit code 0 if there is no problem, else 1.");
   command->callback([file, sets, examine_testbed] {
     if (!file->empty()) hand_over_cameras({*file}, *sets);
     const hal::Finding route = app::multicast();
@@ -54,7 +55,7 @@ void add_doctor_command(CLI::App* command, std::vector<hal::Finding> (*examine_t
       const std::string use = arena.get("use", std::string("ode"));
       if (examine_testbed && (use == "kilobot" || use == "aseba")) problems += say(examine_testbed(arena));
     }
-    fmt::print("{}\n", problems == 0   ? "Nothing is wrong."
+    fmt::print("{}\n", problems == 0   ? "No problems found."
                        : problems == 1 ? "1 problem."
                                        : fmt::format("{} problems.", problems));
     end_with(problems == 0 ? 0 : 1);

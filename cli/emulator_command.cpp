@@ -91,7 +91,7 @@ void run(const EmulatorOptions& options) {
   const hal::Config config = hal::Config::from_file(options.file, options.sets);
   if (const hal::Section root = config.root(); root.place("emulator").empty() && !root.place("lab").empty())
     throw hal::ConfigError(fmt::format(
-        "{} is a lab's file; that of its emulator has a table [emulator], as experiments/emulator/roark.toml",
+        "{} is a lab's file; an emulator's file has a table [emulator], such as experiments/emulator/roark.toml",
         options.file));
   emulator::Emulator emulator(config.root());
   config.refuse_unknown();
@@ -105,8 +105,7 @@ void run(const EmulatorOptions& options) {
   }
   emulator::EmulatorRecord record(emulator, options.truth, options.video);
   if (!options.offline) return run_live(emulator, record, options.seconds, stop);
-  if (options.seconds <= 0)
-    throw hal::ConfigError("--offline needs --seconds N: how long the emulator's time is to run");
+  if (options.seconds <= 0) throw hal::ConfigError("--offline needs --seconds N, the duration in the emulator's time");
   run_offline(emulator, record, options.seconds, stop);
   print_counters(emulator.counters());
 }

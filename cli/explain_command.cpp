@@ -48,7 +48,7 @@ bool explain_channel(const ExplainOptions& options) {
 void add_explain_command(CLI::App* command) {
   const auto options = std::make_shared<ExplainOptions>();
   command->add_option("channel", options->channel, "The channel, by its name in its own lab")->required();
-  command->add_option("file", options->files, "Files of labs; with those of both labs the whole path is explained")
+  command->add_option("file", options->files, "The labs' files; given those of both labs, explains the whole path")
       ->required()
       ->check(CLI::ExistingFile);
   command->add_option("--to", options->to, "Receiving lab");

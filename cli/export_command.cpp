@@ -70,7 +70,7 @@ void export_one(const recording::Run& run, const ExportKind& kind, const ExportO
     recording::Watch watch(progress, stop, kind.name);
     done = kind.write(run, to, watch);
   }
-  if (run.is_growing()) fmt::print(stderr, "arkmesh: the run is unfinished; this is what it has written so far\n");
+  if (run.is_growing()) fmt::print(stderr, "arkmesh: the run is unfinished; exporting what it has written so far\n");
   for (const std::string& note : done.notes) fmt::print(stderr, "arkmesh: {}\n", note);
   fmt::print("wrote {}: {}\n", to.string(), done.summary);
 }
@@ -81,7 +81,7 @@ void export_run(const ExportOptions& options) {
     if (options.wanted[i]) kinds.push_back(&export_kinds[i]);
   if (kinds.empty()) throw hal::ConfigError("nothing to write: give one or more of --csv, --hdf5, --mcap and --mp4");
   if (kinds.size() > 1 && !options.out.empty())
-    throw hal::ConfigError("--out names one file, so give one kind of export with it");
+    throw hal::ConfigError("--out names one file; give only one kind of export with it");
   const recording::Run run(options.run);
   for (const ExportKind* kind : kinds) export_one(run, *kind, options);
 }
@@ -100,8 +100,7 @@ void add_export_command(CLI::App* command) {
   command->footer(
       "Examples:\n  arkmesh export runs/demo --hdf5\n  arkmesh export runs/demo/shark --csv --out /tmp/shark\n"
       "  arkmesh export runs/demo --mcap --out demo.mcap\n  arkmesh export runs/demo --mp4\n"
-      "Tables are explained in docs/reading-results.md; times are lab time, and units stand at the end of names: x_m, "
-      "age_us.");
+      "Tables are explained in docs/reading-results.md; times are lab time, and names end with units: x_m, age_us.");
   command->callback([options] {
     try {
       export_run(*options);

@@ -25,9 +25,10 @@ struct FitOptions {
 void fit_robots(FitOptions options, RecordWalks record_walks) {
   std::string source = options.walk.file;
   if (!std::filesystem::is_directory(source) && !source.ends_with(".csv")) {
-    if (!options.lab.empty()) throw hal::ConfigError("--lab is for the folder of a run; a lab's file is of one lab");
+    if (!options.lab.empty()) throw hal::ConfigError("--lab needs the folder of a run; a lab's file describes one lab");
     if (!record_walks)
-      throw hal::ConfigError(source + " is a lab's file, and this program has no cameras; give the folder of a run");
+      throw hal::ConfigError(source +
+                             " is a lab's file, and this program was built without OpenCV; give the folder of a run");
     options.walk.table = std::filesystem::path(options.out).replace_extension(".tracks.csv").string();
     record_walks(options.walk);
     source = options.walk.table;
@@ -62,39 +63,40 @@ void add_fit_command(CLI::App* command, RecordWalks record_walks) {
   const auto options = std::make_shared<FitOptions>();
   robots
       ->add_option("source", options->walk.file,
-                   "A lab's file: its robots drive and are watched. Or the folder of a recorded run, or the "
-                   "table of arkmesh track --csv")
+                   "A lab's file (its robots drive and are tracked), the folder of a recorded run, or a table from "
+                   "arkmesh track --csv")
       ->required()
       ->check(CLI::ExistingPath);
-  robots->add_option("--out", options->out, "The file to write")->capture_default_str();
-  robots->add_option("--png", options->png, "The picture of each robot's fit (default: as --out, with .png)");
-  robots->add_option("--lab", options->lab, "Of a run of several labs: whose robots");
-  robots->add_option("--seconds", options->walk.seconds, "Of a lab's file: how long robots drive")
+  robots->add_option("--out", options->out, "Output file")->capture_default_str();
+  robots->add_option("--png", options->png, "Figure of each robot's fit (default: as --out, with .png)");
+  robots->add_option("--lab", options->lab, "For a run of several labs: whose robots to fit");
+  robots->add_option("--seconds", options->walk.seconds, "For a lab's file: how long robots drive")
       ->check(CLI::Range(60.0, 1e5))
       ->capture_default_str();
-  robots->add_option("--ids", options->walk.ids, "Of a lab's file: which robots, such as 0-11,40 (default: all)");
-  robots->add_option("--set", options->walk.sets, "Of a lab's file: override a key: --set arena.use=kilobot")
+  robots->add_option("--ids", options->walk.ids, "For a lab's file: which robots, such as 0-11,40 (default: all)");
+  robots->add_option("--set", options->walk.sets, "For a lab's file: override a key: --set arena.use=kilobot")
       ->allow_extra_args(false);
   robots->footer(
       "Examples:\n  arkmesh fit robots lab.toml\n  arkmesh fit robots runs/walk --lab roark --out robots.toml\n"
       "Real robots must run firmware/fit_robots.c, and need an id of their own and free space; simulated ones run\n"
-      "it already. Robots of a run that ran a program of their own tell speed, drift and noise only. What the tracks\n"
-      "do not tell is named, and stays as the preset has it. Use the file as arena.ode.robots_file and as\n"
+      "it already. From runs of other programs only speed, drift and noise are estimated. Parameters that the "
+      "tracks\ndo not determine are listed, and keep the preset's values. Use the file as arena.ode.robots_file and "
+      "as\n"
       "arena.kilobot.robots_file.");
   robots->callback([options, record_walks] { fit_robots(*options, record_walks); });
 
   CLI::App* const check = command->add_subcommand("check", "Compare how robots walk in a real and a simulated run");
   const auto checked = std::make_shared<CheckOptions>();
-  check->add_option("runs", checked->runs, "The folders of both runs, which were recorded, of the same program")
+  check->add_option("runs", checked->runs, "The folders of two recorded runs of the same program")
       ->required()
       ->expected(2)
       ->check(CLI::ExistingDirectory);
-  check->add_option("--lab", checked->lab, "Of runs of several labs: whose robots");
-  check->add_option("--png", checked->png, "The figure to write, .png, .jpg, .pdf or .svg")->capture_default_str();
+  check->add_option("--lab", checked->lab, "For runs of several labs: whose robots to compare");
+  check->add_option("--png", checked->png, "Output figure (.png, .jpg, .pdf or .svg)")->capture_default_str();
   check->footer(
       "Example:\n  arkmesh fit check runs/real runs/simulated --png check.pdf\n"
-      "Compares squared displacement, turns and distances to the nearest neighbour, with intervals from resamples of\n"
-      "robots. Ends with 1 when the runs are not alike.");
+      "Compares squared displacement, turns and distances to the nearest neighbour, with bootstrap intervals "
+      "over\nrobots. Exit code 1 if the runs are not alike.");
   check->callback([checked] { end_with(fit_check(*checked)); });
 }
 

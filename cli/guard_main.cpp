@@ -14,9 +14,8 @@ int main(int argc, char** argv) {
   }
   if (word < 0 || hung_ms < 0) {
     std::fputs(
-        "arkmesh-guard is started by a lab with real robots, and tells them to stand when that lab is gone or hangs. "
-        "It is not "
-        "started by hand: robots are told to stand with arkmesh ohc PORT pause.\n",
+        "A lab with real robots starts arkmesh-guard, which stops them when that lab has died or hangs. Do not start "
+        "it by hand; to stop robots: arkmesh ohc PORT pause.\n",
         stderr);
     return 2;
   }

@@ -195,7 +195,7 @@ std::vector<Step> steps_with_labs(const std::vector<fs::path>& labs) {
   }
   if (!worlds.empty())
     steps.push_back(
-        {"arkmesh doctor " + typed_as(worlds[0].second[0]), "lists what would keep it from running, with remedies"});
+        {"arkmesh doctor " + typed_as(worlds[0].second[0]), "lists problems that would prevent a run, with remedies"});
   if (!with_peers.empty())
     steps.push_back({"arkmesh up " + typed_as(with_peers), "with a gateway, joined to the remote labs that it names"});
   return steps;
@@ -228,9 +228,9 @@ std::vector<Step> steps_with_runs(const std::vector<fs::path>& runs) {
 }
 
 std::vector<Step> steps_with_programs(const std::vector<fs::path>& programs) {
-  std::vector<Step> steps = each(programs, "arkmesh controller run {} --open", "a swarm of it, live in a browser");
+  std::vector<Step> steps = each(programs, "arkmesh controller run {} --open", "runs a swarm of it, live in a browser");
   if (!programs.empty())
-    steps.push_back({"arkmesh controller check " + typed_as(programs[0]), "whether it fits a Kilobot"});
+    steps.push_back({"arkmesh controller check " + typed_as(programs[0]), "checks that it fits a Kilobot"});
   return steps;
 }
 
@@ -265,7 +265,7 @@ void guide(const fs::path& folder) {
 
 void add_guide_command(CLI::App* command) {
   const auto folder = std::make_shared<std::string>(".");
-  command->add_option("FOLDER", *folder, "What to look at (default: this folder)");
+  command->add_option("FOLDER", *folder, "The folder to inspect (default: the current one)");
   command->footer("Examples:\n  arkmesh guide\n  arkmesh guide ~/experiments/aggregation");
   command->callback([folder] { guide(*folder); });
 }

@@ -35,7 +35,7 @@ void print_fingerprint(const Certificate& certificate) {
 void init(const KeysOptions& options, const KeyFolder& keys) {
   const Certificate made = keys.init(options.what);
   fmt::print("lab {} has a key, and a certificate until {}\n", made.lab, date(made.until));
-  fmt::print("certificate  {}  (give this file to the other labs; the key beside it to nobody)\n",
+  fmt::print("certificate  {}  (give this file to the other labs, but never the key beside it)\n",
              keys.certificate_file(made.lab).string());
   print_fingerprint(made);
   fmt::print("Read the fingerprint out to the other labs, for example by phone, when they trust the certificate.\n");
@@ -86,8 +86,7 @@ void add_keys_command(CLI::App* command) {
   const auto options = std::make_shared<KeysOptions>();
   const auto add = [&](const char* name, const char* purpose, void (*act)(const KeysOptions&, const KeyFolder&)) {
     CLI::App* each = command->add_subcommand(name, purpose);
-    each->add_option("--keys", options->folder,
-                     "The folder of keys, as gateway.keys; without it ~/.config/arkmesh/keys");
+    each->add_option("--keys", options->folder, "Folder of keys, as gateway.keys (default: ~/.config/arkmesh/keys)");
     each->callback([options, act] { act(*options, KeyFolder(options->folder)); });
     return each;
   };
@@ -96,15 +95,15 @@ void add_keys_command(CLI::App* command) {
       ->required();
   CLI::App* const trusting = add("trust", "Trust the lab that has this certificate", trust);
   trusting->add_option("file", options->what, "The file that the lab gave you")->required();
-  trusting->add_flag("--replace", options->replace,
-                     "Instead of another certificate of the same lab, or of a revoked one");
-  add("list", "Own, trusted and revoked certificates with their fingerprints", list);
+  trusting->add_flag("--replace", options->replace, "Replace another certificate of the same lab, or a revoked one");
+  add("list", "List own, trusted and revoked certificates with their fingerprints", list);
   add("revoke", "Stop trusting a lab", revoke)->add_option("lab", options->what, "The lab's name")->required();
   CLI::App* const renewing = add("renew", "Extend a lab's own certificate by ten years", renew);
   renewing->add_option("lab", options->what, "The lab's name")->required();
-  renewing->add_flag("--new-key", options->new_key, "With a new key, as after a theft: the others must trust it again");
+  renewing->add_flag("--new-key", options->new_key,
+                     "Also replace the key, for example after a theft; the other labs must trust it again");
   command->footer(
-      "Example, at lab shark, which has got roark.crt by mail:\n  arkmesh keys init shark\n  arkmesh keys trust "
+      "Example, at lab shark, which has received roark.crt by mail:\n  arkmesh keys init shark\n  arkmesh keys trust "
       "roark.crt\n"
       "Exit codes: 0 done, 1 cannot write, 2 wrong command line, file or name.");
 }

@@ -77,8 +77,8 @@ int stand_in(const MarkOptions& options) {
   const int code = say_end(process.lab().runner(), what, progress);
   if (original.is_connected()) {
     progress.say(
-        "arkmesh: the original still runs, and would die if its connection were closed: end it, or press "
-        "Ctrl-C (again) to close it all the same");
+        "arkmesh: the original program is still running and would crash if its connection closed; end it first, or "
+        "press Ctrl-C (again) to close the connection anyway");
     NobodyAgain nobody;
     original.stay(stop.stopped() ? static_cast<hal::StopRequest&>(nobody) : stop);
   }
@@ -117,8 +117,9 @@ void add_mark_command(CLI::App* command) {
   auto options = std::make_shared<MarkOptions>();
   command->add_option("file", options->file, "The lab's configuration file")->check(CLI::ExistingFile);
   auto* const server = command->add_flag("--server", options->server,
-                                         "Be the server: the original M-ARK client connects to mark.address");
-  command->add_flag("--client", options->client, "Be the client: connect to the original M-ARK server there")
+                                         "Act as the server: the original M-ARK client connects to mark.address");
+  command
+      ->add_flag("--client", options->client, "Act as the client: connect to the original M-ARK server at mark.address")
       ->excludes(server);
   command->add_option("--out", options->out, "Folder for the results, empty or new (default runs/DATE-TIME-LAB)");
   command->add_flag("--force", options->force, "Move existing contents of the folder to OUT.1");

@@ -71,7 +71,8 @@ std::vector<Packet> give_id(const std::string& text) {
 // must have been given.
 bool is_wanted(const std::string& what) {
   if (!::isatty(STDIN_FILENO))
-    throw CLI::ValidationError("--yes", fmt::format("is needed where nobody can be asked: {}", what));
+    throw CLI::ValidationError("--yes",
+                               fmt::format("is needed without a terminal, where arkmesh cannot ask: {}", what));
   fmt::print(stderr, "{}. Continue? [y/N] ", what);
   OperatorStop stop;
   pollfd typed{STDIN_FILENO, POLLIN, 0};
@@ -108,7 +109,7 @@ void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
         const OhcCommand said{name, packets(), from_seconds(options->seconds > 0 ? options->seconds : usual_s),
                               name != "stop" && name != "lamp" && name != "message"};
         if (name == "set-uid" && !options->yes &&
-            !is_wanted(fmt::format("Every robot in reach gets the id {}, and saves it", options->numbers.at(0))))
+            !is_wanted(fmt::format("Every robot in range will store the id {}", options->numbers.at(0))))
           return false;
         return say(*options, said, then);
       });
@@ -118,41 +119,40 @@ void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   const auto add_plain = [&add](const std::string& name, const std::string& help, double usual_s, std::uint8_t type) {
     add(name, help, usual_s, [type] { return std::vector{plain_packet(type)}; });
   };
-  add_plain("run", "Robots run their program, from the beginning or where they were paused", 1, type_run);
-  add_plain("pause", "Robots stop and flash green; `run` continues", 1, type_wakeup);
+  add_plain("run", "Start the robots' program, or resume it after a pause", 1, type_run);
+  add_plain("pause", "Stop the robots, which flash green; `run` resumes", 1, type_wakeup);
   add_plain("reset", "Robots restart", 1, type_reset);
-  add_plain("sleep", "Robots sleep; they listen every 8 s", 1, type_sleep);
-  add_plain("wake", "As pause, for longer than robots sleep", 10, type_wakeup);
-  add_plain("voltage", "Robots show their battery: green, blue, yellow, red", 1, type_voltage);
-  add_plain("charge", "Robots show red while they are charged", 1, type_charge);
-  add("stop", "The controller stops sending", 0.04, [] { return std::vector<Packet>{stop_packet()}; });
-  add("lamp", "Switches the controller's lamp on or off", 0.04, [] { return std::vector{led_toggle_packet()}; });
+  add_plain("sleep", "Put robots to sleep; they listen every 8 s", 1, type_sleep);
+  add_plain("wake", "Wake sleeping robots: pause, sent for longer than 8 s", 10, type_wakeup);
+  add_plain("voltage", "Show each robot's battery level: green, blue, yellow, red", 1, type_voltage);
+  add_plain("charge", "Show red LEDs while robots charge", 1, type_charge);
+  add("stop", "Stop transmitting", 0.04, [] { return std::vector<Packet>{stop_packet()}; });
+  add("lamp", "Switch the controller's lamp on or off", 0.04, [] { return std::vector{led_toggle_packet()}; });
 
   const auto take = [options](CLI::App* command, const std::string& name, const std::string& help, int least,
                               int most) {
     command->add_option(name, options->numbers, help)->required()->expected(least, most);
   };
-  take(add("message", "Robots get a message for their program", 1,
+  take(add("message", "Send a message to the robots' program", 1,
            [options] { return std::vector{message_packet(options->numbers)}; }),
        "TYPE_AND_BYTES", "Type 0 to 127, then up to 9 bytes, decimal or 0x...", 1, 1000);
-  CLI::App* const set_uid = add("set-uid", "Every robot in reach gets the id N, and saves it: put only one there", 1,
+  CLI::App* const set_uid = add("set-uid", "Store the id N in every robot in range: place only one there", 1,
                                 [options] { return give_id(options->numbers.at(0)); });
   take(set_uid, "N", "0 to 65535", 1, 1);
-  set_uid->add_flag("--yes", options->yes, "Do not ask");
-  const std::string moving = "; robots go on so until `pause`, or until `save`, which stores the duties";
+  set_uid->add_flag("--yes", options->yes, "Do not ask for confirmation");
+  const std::string moving = "; robots continue until `pause`, or until `save`, which stores the duties";
   const auto turn = [&](const std::string& way, Packet (*packet)(const std::string& duty)) {
     const auto packets = [options, packet] { return std::vector{packet(options->numbers.at(0))}; };
-    take(add(way, fmt::format("Robots turn {} with this duty", way), 1, packets, moving), "DUTY",
+    take(add(way, fmt::format("Turn robots {} with this duty", way), 1, packets, moving), "DUTY",
          "0 to 255; good ones are 60 to 75", 1, 1);
   };
   turn("left", turn_left_packet);
   turn("right", turn_right_packet);
   take(add(
-           "straight", "Robots go straight with these duties", 1,
+           "straight", "Drive robots straight with these duties", 1,
            [options] { return std::vector{straight_packet(options->numbers.at(0), options->numbers.at(1))}; }, moving),
        "LEFT_AND_RIGHT", "Each 0 to 255; a little lower than for turning", 2, 2);
-  add("save", "Robots store the duties and the id that they got, and stop", 1,
-      [] { return std::vector{save_packet()}; });
+  add("save", "Make robots store the received duties and id, and stop", 1, [] { return std::vector{save_packet()}; });
 }
 
 // Returns whether a whole round was sent.
@@ -184,24 +184,26 @@ bool upload(const OhcOptions& options) {
 
 void add_upload(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   CLI::App* command =
-      ohc.add_subcommand("upload", "Loads a program (Intel HEX) onto all robots in reach, round after round")
+      ohc.add_subcommand("upload", "Load a program (Intel HEX) onto all robots in range, in repeated rounds")
           ->fallthrough();
-  command->add_option("PROGRAM", options->program, "The .hex file that avr-objcopy made")->required();
-  command->add_option("--rounds", options->rounds, "Stop after so many rounds (default: go on until Ctrl-C)")
+  command->add_option("PROGRAM", options->program, "The .hex file from avr-objcopy")->required();
+  command->add_option("--rounds", options->rounds, "Stop after this many rounds (default: continue until Ctrl-C)")
       ->check(CLI::Range(1, 1'000'000));
   command
       ->add_option("--boot", options->boot_s,
-                   "Call the robots to their boot loaders for so many seconds; sleeping robots need 10")
+                   "Call the robots to their boot loaders for this many seconds; sleeping robots need 10")
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str();
-  command->add_option("--page-ms", options->page_ms, "Start to start of pages; below 132 the controller loses some")
+  command
+      ->add_option("--page-ms", options->page_ms,
+                   "Time from the start of a page to the next; below 132 the controller loses some")
       ->check(CLI::Range(132.0, 10'000.0))
       ->capture_default_str();
   command->footer(
       "Example:\n  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n"
-      "Robots flash blue when they wait, green at each page, and start the program when they have all of it. They\n"
-      "send nothing back: watch them, and press Ctrl-C when the last one has the program. Ends with 1\n"
-      "when not even one round was sent.");
+      "Robots flash blue while waiting, green at each page, and start the program once it is complete. They\nconfirm "
+      "nothing: watch them, and press Ctrl-C when the last one has the program. Exit code 1\nif not even one round was "
+      "sent.");
   command->callback([options] { run_ohc([&] { return upload(*options); }); });
 }
 
@@ -212,10 +214,9 @@ void add_ohc_command(CLI::App* ohc) {
   ohc->add_option("PORT", options->port,
                   "A serial device such as /dev/ttyUSB0, or tcp://host:port (ser2net, arkmesh emulator)")
       ->required();
-  ohc->add_option("--seconds", options->seconds, "Seconds for which the command is repeated (default 1; wake 10)")
+  ohc->add_option("--seconds", options->seconds, "Repeat the command for this many seconds (default 1; wake 10)")
       ->check(CLI::Range(0.04, 86400.0));
-  ohc->add_option("--settle", options->settle_s,
-                  "Seconds to wait after opening the port: some boards start then, and receive nothing before")
+  ohc->add_option("--settle", options->settle_s, "Seconds to wait after opening the port, which restarts some boards")
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
   ohc->require_subcommand(1);
@@ -223,11 +224,11 @@ void add_ohc_command(CLI::App* ohc) {
       "Examples:\n  arkmesh ohc /dev/ttyUSB0 run\n  arkmesh ohc /dev/ttyUSB0 message 120 0 7 --seconds 5\n"
       "  arkmesh ohc /dev/ttyUSB0 set-uid 12\n"
       "  arkmesh ohc /dev/ttyUSB0 upload build/robot.hex\n  arkmesh ohc tcp://192.168.1.20:3001 pause\n"
-      "Each subcommand has a --help of its own. At the end arkmesh stops the controller's sending, also after Ctrl-C.\n"
-      "If arkmesh was killed, or the cable pulled, the controller keeps sending:\n"
-      "stop it with `arkmesh ohc PORT stop`. Ends with 1 when the controller cannot be reached, with 5 when another "
-      "program\n"
-      "has it. A guard left behind by a lab yields, and resumes if the command does not reach the robots.");
+      "Each subcommand has a --help of its own. At the end, also after Ctrl-C, arkmesh stops the controller's "
+      "transmission.\n"
+      "If arkmesh was killed, or the cable pulled, the controller keeps transmitting:\nstop it with `arkmesh ohc PORT "
+      "stop`. Exit code 1 if the controller cannot be reached, 5 if another program\nuses it. A guard left behind by a "
+      "lab yields, and resumes if the command does not reach the robots.");
   ohc->parse_complete_callback([] { OperatorStop(); });  // from now on
   add_commands(*ohc, options);
   add_upload(*ohc, options);

@@ -47,8 +47,8 @@ constexpr OperatorWord words[] = {
     {"pause", fleet_command_t::pause, "paused its robots at period", true, true},
     {"resume", fleet_command_t::run, "resumed its robots at period", false, true},
     {"reset", fleet_command_t::reset, "reset its robots, which wait for resume, at period", true, false},
-    {"arm", operator_command_t::arm, "obeys other labs' operators from period", false, false},
-    {"disarm", operator_command_t::disarm, "obeys its own operator only, from period", false, false}};
+    {"arm", operator_command_t::arm, "accepts commands from other labs' operators from period", false, false},
+    {"disarm", operator_command_t::disarm, "accepts commands from its own operator only, from period", false, false}};
 
 constexpr std::chrono::seconds ends_within{25};  // 10 of them until robots were seen to stand
 constexpr std::chrono::seconds seen_within{12};
@@ -76,7 +76,8 @@ Prove prove_as_lab(const std::string& own, const std::filesystem::path& keys) {
   return [key, own](operator_command_t& message) {
     const auto signature = gateway::sign(key, lab::proved_bytes(message));
     if (!signature)
-      throw hal::ConfigError(fmt::format("the key of lab {} is no Ed25519 key, as `arkmesh keys init` makes it", own));
+      throw hal::ConfigError(
+          fmt::format("the key of lab {} is not an Ed25519 key, which `arkmesh keys init` creates", own));
     std::ranges::copy(*signature, message.proof);
   };
 }
@@ -114,7 +115,7 @@ void tell(const OperatorWord& word, lab::RunningLab& lab, const Prove& prove, co
   const std::string missing = lab.not_standing();
   fmt::print("{} {} {}{}{}\n", lab.name(), word.done, lab.period(),
              lab.has_ended() ? "" : fmt::format(" ({})", lab.state()),
-             word.makes_stand && !missing.empty() ? "; nothing is known of robots " + missing : "");
+             word.makes_stand && !missing.empty() ? "; state unknown for robots " + missing : "");
 }
 
 void tell_own(const OperatorWord& word, const BusOptions& options, bool as_one_of_world = false) {
@@ -136,7 +137,7 @@ void tell_other(const OperatorWord& word, const OperatorOptions& options) {
                     "--at {} FILE",
                     word.name, options.at));
   if (!hal::is_lab_name(options.at))
-    throw hal::ConfigError(fmt::format("--at '{}' is no lab's name", hal::printable(options.at, hal::max_label)));
+    throw hal::ConfigError(fmt::format("--at '{}' is not a lab's name", hal::printable(options.at, hal::max_label)));
   const hal::Section root = hal::Config::from_file(options.file, options.sets).root();
   const std::string own = options.lab();
   const Prove prove = prove_as_lab(own, root.section("gateway").get("keys", std::filesystem::path()));
@@ -191,12 +192,16 @@ void add_operator_command(CLI::App* command) {
   options->add_to(*command);
   std::string examples = fmt::format("Examples:\n  arkmesh {} experiments/dhtf/shark.toml", word.name);
   if (word.at_others) {
-    command->add_option("--at", options->at, "Another lab that admits this lab's operator; the file is this lab's")
+    command
+        ->add_option("--at", options->at,
+                     "Another lab, which accepts commands from this lab's operator; FILE is this lab's")
         ->type_name("LAB");
-    command->add_flag("--world", options->world, "All labs of shared.labs that admit this lab's operator")
+    command
+        ->add_flag("--world", options->world, "All labs of shared.labs that accept commands from this lab's operator")
         ->excludes("--at");
     examples += fmt::format(
-        "\n  arkmesh {} --at shark experiments/dhtf/roark.toml   # at roark, if shark admits it (docs/security.md)"
+        "\n  arkmesh {} --at shark experiments/dhtf/roark.toml   # at roark, if shark accepts its commands "
+        "(docs/security.md)"
         "\n  arkmesh {} --world experiments/dhtf/roark.toml      # both",
         word.name, word.name);
   }

@@ -40,7 +40,7 @@ void show_page(const std::string& url, const std::filesystem::path& directory, b
     }
     if (!open_in_browser(target))
       fmt::print(stderr,
-                 "arkmesh: xdg-open, which --open needs, could not open a browser here; open that address yourself\n");
+                 "arkmesh: --open could not start a browser here (xdg-open failed); open that address yourself\n");
   } catch (const std::exception& error) {
     fmt::print(stderr, "arkmesh: --open: {}\n", error.what());
   }

@@ -27,11 +27,10 @@ void plot(const PlotOptions& options) {
   // one run has a picture of its end; several, and batches, have curves, from tables: there may be no log
   const bool curves = options.curves || options.folders.size() > 1 || !options.by.empty() || !options.series.empty() ||
                       !recording::is_run(options.folders.front());
-  if (curves && !options.at.empty())
-    throw hal::ConfigError("--at is for the picture of one run; curves are drawn over the whole time");
+  if (curves && !options.at.empty()) throw hal::ConfigError("--at needs a single run; curves cover the whole run");
   for (const char* label : {"xlabel", "ylabel"})
     if (!curves && !options.looks.at(label).empty())
-      throw hal::ConfigError(fmt::format("--{} is for curves; the picture of an arena has metres on both axes", label));
+      throw hal::ConfigError(fmt::format("--{} is for curves; both axes of an arena are in metres", label));
   std::vector<std::string> words = options.folders;
   for (const std::string& key : options.by) words.insert(words.end(), {"--by", key});
   for (const std::string& name : options.series) words.insert(words.end(), {"--series", name});
@@ -47,15 +46,16 @@ void plot(const PlotOptions& options) {
 void add_plot_command(CLI::App* command) {
   const auto options = std::make_shared<PlotOptions>();
   command
-      ->add_option("folders", options->folders,
-                   "The folder of a run: its arenas at one moment. Several runs, or a batch: curves over time")
+      ->add_option(
+          "folders", options->folders,
+          "The folder of a run (draws its arenas at one moment), several runs or a batch (draws curves over time)")
       ->required()
       ->check(CLI::ExistingDirectory);
   command->add_option("--at", options->at, "Lab time of the picture in seconds; default: the last complete period");
   command->add_flag("--curves", options->curves, "Draw curves of a single run, too");
-  command->add_option("--by", options->by, "Of a batch: a curve for each value of this factor")
+  command->add_option("--by", options->by, "For a batch: draw a curve for each value of this factor")
       ->allow_extra_args(false);
-  command->add_option("--series", options->series, "Which curves: completed, swarms.north, ...")
+  command->add_option("--series", options->series, "Curves to draw: completed, swarms.north, ...")
       ->allow_extra_args(false);
   command->add_option("--out", options->out,
                       "Output file (.png, .jpg, .pdf or .svg); default: picture.png or curves.png in the first folder");

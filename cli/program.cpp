@@ -62,10 +62,10 @@ std::string_view package_of(std::string_view program) {
     throw std::runtime_error(fmt::format("{} needs the program {}, which is not installed; it is in the package {}",
                                          purpose, program, package_of(program)));
   if (errno == ENOENT)
-    throw std::runtime_error(fmt::format(
-        "{} needs the program {}, which is not in {}; scripts/build builds it, and an installation has all programs of "
-        "arkmesh in one folder",
-        purpose, program, folder.string()));
+    throw std::runtime_error(
+        fmt::format("{} needs the program {}, which is not in {}; scripts/build builds it, and an installation keeps "
+                    "all of arkmesh's programs in one folder",
+                    purpose, program, folder.string()));
   throw std::runtime_error(fmt::format("{} cannot be started: {}", (folder / program).string(), std::strerror(errno)));
 }
 
@@ -137,7 +137,7 @@ int parse(CLI::App& app, int argc, char** argv) {
 
 int run(int argc, char** argv) {
   if (argc > 1 && argv[1] == std::string_view("room"))
-    throw hal::ConfigError("the command room is called emulator now: arkmesh emulator");
+    throw hal::ConfigError("the command room is now called emulator: arkmesh emulator");
   for (int i = 1; i < argc; ++i) {
     const CommandRow* const row = find_command(argv[i]);
     if (!row) continue;

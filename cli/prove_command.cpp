@@ -43,10 +43,10 @@ int prove(const sim_ode::ProgramSources& program, const sim_ode::TurnLog& log, c
     if (!words.empty()) fmt::print("{}: {}\n", name, words);
   if (!failure.empty()) fmt::print("{}: here {}\n", name, failure);
   if (!proof.causes.empty()) {
-    fmt::print("{}: different from what it does here, {}\n", name, hal::counted(proof.causes.size(), "cause"));
+    fmt::print("{}: behaves differently on a robot, {}\n", name, hal::counted(proof.causes.size(), "cause"));
     return 1;
   }
-  fmt::print("{}: the same in every output on {}\n", name, robots);
+  fmt::print("{}: every output is the same on {}\n", name, robots);
   return failure.empty() ? 0 : 1;
 }
 
@@ -78,7 +78,7 @@ int prove_in_run(const ProveCommand& given) {
   const std::string lab = *at;
   const hal::Section arena = configs[static_cast<std::size_t>(at - names.begin())].root().section("arena");
   if (app::chosen_arena(arena).name != "ode")
-    throw hal::ConfigError(fmt::format("the inputs of lab {} cannot be repeated: its arena.use is not \"ode\"", lab));
+    throw hal::ConfigError(fmt::format("the inputs of lab {} cannot be reproduced: its arena.use is not \"ode\"", lab));
   sim_ode::TurnLog log(static_cast<int>(arena.get("robots", std::int64_t{0})));
   std::vector<hal::ArenaRow>& rows = app::arena_rows();
   *std::ranges::find(rows, "ode", &hal::ArenaRow::name) =
@@ -98,7 +98,8 @@ int prove_in_run(const ProveCommand& given) {
   const nlohmann::json result = run.run(stop, &progress);
   if (stop.stopped()) return exit_code(hal::Outcome::stopped);
   if (result.at("final_hash").get<std::string>() != recorded.final_hash())
-    fmt::print(stderr, "arkmesh: the run differed when repeated; robot {} got the inputs of the repetition\n",
+    fmt::print(stderr,
+               "arkmesh: the repeated run differs from the record; robot {} got the inputs of the repeated run\n",
                given.robot);
   return prove(sim_ode::program_of(arena, index), log, run.finished() ? "" : hal::ended_in(result),
                fmt::format("robot {} of lab {}", given.robot, lab));
@@ -114,21 +115,22 @@ void add_prove_command(CLI::App& controller) {
   options->add_to(*command);
   CLI::Option* const program = command->get_option("PROGRAM")->required(false);
   const std::vector<CLI::Option*> of_swarm = command->get_options();
-  CLI::Option* const run =
-      command->add_option("--run", options->run, "With what a robot got in this recorded run of simulated robots")
-          ->check(CLI::ExistingPath);
+  CLI::Option* const run = command
+                               ->add_option("--run", options->run,
+                                            "Use the inputs that a robot got in this recorded run of simulated robots")
+                               ->check(CLI::ExistingPath);
   for (CLI::Option* option : of_swarm) run->excludes(option);
   command->add_option("--robot", options->robot, "That robot's id")->needs(run)->capture_default_str();
   command->add_option("--lab", options->lab, "Its lab, when the run has several")->needs(run);
   command
       ->add_flag("--hostile", options->swarm.hostile,
-                 "Robots also receive messages at random, and changed ones of the swarm")
+                 "Also send robots random messages, and altered copies of the swarm's")
       ->excludes(run);
   command->footer(
       "Examples:\n  arkmesh controller prove my_robot.c\n  arkmesh controller prove my_robot.c --hostile\n"
       "  arkmesh controller prove --run runs/demo --lab roark --robot 7\n"
-      "Needs avr-gcc and simavr. Ends with 0 when every output is the same, with 1 when one is not, with 2 when it "
-      "cannot be tried.");
+      "Needs avr-gcc and simavr. Exit code 0 if every output is the same, 1 if one differs, 2 if the program cannot be "
+      "tested.");
   command->callback([options, program, run] {
     if (run->count() == 0 && program->count() == 0) throw CLI::RequiredError("PROGRAM, or --run");
     if (run->count() == 0) options->complete();

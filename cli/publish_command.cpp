@@ -35,8 +35,8 @@ void add_publish_command(CLI::App* command) {
       ->check(CLI::ExistingDirectory);
   command->add_option("--author", options->authors, "NAME, or \"NAME, ORCID\"; repeat it for each author, in order")
       ->allow_extra_args(false);
-  command->add_option("--licence", options->licence, "An identifier of spdx.org, such as CC-BY-4.0, or a URL");
-  command->add_option("--name", options->name, "The name of the data set; default: the name of the folder");
+  command->add_option("--licence", options->licence, "An SPDX identifier, such as CC-BY-4.0, or a URL");
+  command->add_option("--name", options->name, "Name of the data set (default: the name of the folder)");
   command->add_option("--out", options->out,
                       "The folder to create; the zip is written beside it. Default: PLACE-crate");
   command->footer(

@@ -19,7 +19,7 @@ void reload(const std::string& file) {
   if (answers.empty()) {
     gateway::check_gateway_file(hal::Config::from_file(file));
     throw std::runtime_error(
-        fmt::format("no gateway of yours runs with {}; start it with: arkmesh gateway {}", file, file));
+        fmt::format("none of your gateways runs with {}; start one with: arkmesh gateway {}", file, file));
   }
   for (const std::string& answer : answers) fmt::print("{}", answer);
 }
@@ -33,7 +33,7 @@ void add_reload_command(CLI::App* command) {
       ->check(CLI::ExistingFile);
   command->footer(
       "Example:\n  arkmesh reload experiments/dhtf/shark.toml\n"
-      "Keys that require a restart, such as addresses, are named.\n"
+      "Changed keys that need a restart, such as addresses, are listed.\n"
       "Exit codes: 0 done, 1 no gateway runs with the file, 2 wrong command line or file.");
   command->callback([files] {
     for (const std::string& file : *files) reload(file);

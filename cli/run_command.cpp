@@ -119,7 +119,7 @@ void add_run_command(CLI::App* command) {
   command->footer(
       "Example:\n  arkmesh run experiments/dhtf/shark.toml experiments/dhtf/roark.toml --seed 7 --set "
       "run.duration_s=600\n"
-      "The given labs form the shared world; shared.labs of the files is ignored unless set by --set.");
+      "The given labs form the shared world; shared.labs in the files is ignored unless set with --set.");
   command->callback([options] {
     if (options->seconds > 0) options->labs.sets.push_back(fmt::format("run.duration_s={}", options->seconds));
     hand_over_cameras(options->labs.files, options->labs.sets);

@@ -109,7 +109,7 @@ void write_new(fs::path folder, bool cpp) {
   if (cpp && (std::ranges::find(taken_in_cpp, name) != std::end(taken_in_cpp) ||
               std::ranges::find(app::catalogue(), name, &app::CatalogueEntry::name) != app::catalogue().end()))
     throw hal::ConfigError(
-        fmt::format("{}: {} is a word of C++, CMake or arkmesh; choose another name", folder.string(), name));
+        fmt::format("{}: {} is reserved by C++, CMake or arkmesh; choose another name", folder.string(), name));
   std::error_code error;
   if (fs::exists(folder, error))
     throw hal::ConfigError(fmt::format("{} exists; choose another name or folder", folder.string()));
@@ -128,7 +128,7 @@ void write_new(fs::path folder, bool cpp) {
       throw std::runtime_error(
           fmt::format("{} cannot be written; make room there, or choose another folder", (folder / to).string()));
   }
-  fmt::print("wrote {0}: {1}.{2} is the scenario, {1}.c the robots' program; README.md tells the rest\n{3}",
+  fmt::print("wrote {0}: {1}.{2} is the scenario, {1}.c the robots' program; README.md explains the rest\n{3}",
              folder.string(), name, cpp ? "cpp" : "py", next_commands(folder, name, cpp));
 }
 
@@ -138,11 +138,11 @@ void add_scenario_command(CLI::App* command) {
   command->require_subcommand(1);
   CLI::App* make = command->add_subcommand("new", "Create a folder with a working scenario to modify");
   const auto folder = std::make_shared<std::string>();
-  make->add_option("folder", *folder, "The folder; its last part is the scenario's name")->required();
-  CLI::Option* const cpp = make->add_flag("--cpp")->description("In C++, as a program of its own with all commands");
-  make->add_flag("--python")->description("In Python; so it is if nothing is said")->excludes(cpp);
+  make->add_option("folder", *folder, "The new folder; its last part becomes the scenario's name")->required();
+  CLI::Option* const cpp = make->add_flag("--cpp")->description("In C++, as a separate program with all commands");
+  make->add_flag("--python")->description("In Python (default)")->excludes(cpp);
   make->callback([folder, cpp] { write_new(*folder, cpp->count() > 0); });
-  command->add_subcommand("path", "Print the folder of Python's package arkmesh")->callback([] {
+  command->add_subcommand("path", "Print the folder of the Python package arkmesh")->callback([] {
     fmt::print("{}\n", scenarios::python::package_folder().string());
   });
   command->footer(

@@ -39,7 +39,7 @@ struct SetUpOptions {
     command->add_option("--set", sets, "Override a key: --set arena.use=kilobot")->allow_extra_args(false);
     command->add_option(
         "--record", record,
-        "At a testbed: keep serial bytes and pictures in this new folder, for `arkmesh testbed replay`");
+        "On a testbed: record serial bytes and pictures in this new folder, for `arkmesh testbed replay`");
     command->add_option("--ids", ids, ids_help + " (default: the lab's robots)");
   }
 
@@ -88,7 +88,7 @@ void print(const testbed::IdentifyReport& report) {
     fmt::print("unnamed: a robot at x {:.4f} m, y {:.4f} m\n", at.x_m, at.y_m);
   if (!report.missing.empty()) fmt::print("not found: {}\n", in_words(report.missing));
   if (!report.duplicates.empty())
-    fmt::print("several robots have the same id: {}; give them ids of their own with `arkmesh assign-ids`\n",
+    fmt::print("several robots have the same id: {}; give each its own with `arkmesh assign-ids`\n",
                in_words(report.duplicates));
   if (!report.strangers.empty()) fmt::print("unexpected: {}\n", in_words(report.strangers));
   fmt::print("{} of {} named in {:.1f} s\n", report.named.size(), hal::counted(report.looked_for, "robot"),
@@ -107,10 +107,10 @@ int measure_latency(testbed::SetUpArena& arena, hal::StopRequest& stop) {
     const bool sure = 2 * camera.agree > camera.flashes && camera.latency_ms >= 0;
     all = all && sure;
     if (camera.flashes == 0)
-      fmt::print("camera {} saw no robot light up: are robots switched on and in its view?\n", i);
+      fmt::print("camera {} saw no robot flash: are robots switched on and in its view?\n", i);
     else if (!sure)
-      fmt::print("camera {} has no steady latency: {} of {} flashes allow {:.1f} ms\n", i, camera.agree, camera.flashes,
-                 camera.latency_ms);
+      fmt::print("camera {} has no steady latency: only {} of {} flashes agree with {:.1f} ms\n", i, camera.agree,
+                 camera.flashes, camera.latency_ms);
     else
       fmt::print("camera {}: latency_ms = {:.1f} in [[arena.kilobot.cameras]], within {:.1f} ms ({} of {} flashes)\n",
                  i, camera.latency_ms, camera.within_ms, camera.agree, camera.flashes);
@@ -174,8 +174,8 @@ struct CalibrateMotorsOptions {
 
 std::string result(const tracker::MotorCalibrator::Robot& robot) {
   if (robot.stage != tracker::MotorCalibrator::Stage::done)
-    return fmt::format("failed: {}", robot.why.empty() ? "time is over" : robot.why);
-  return robot.stored ? "stored" : "not confirmed that it is stored";
+    return fmt::format("failed: {}", robot.why.empty() ? "time is up" : robot.why);
+  return robot.stored ? "stored" : "storing not confirmed";
 }
 
 void print(const testbed::CalibrateMotorsReport& report, std::size_t wanted) {
@@ -231,7 +231,7 @@ void record_walks(const WalkOptions& options) {
   if (!report.missing.empty()) fmt::print(stderr, "not found: {}\n", hal::in_words(report.missing));
   if (report.rows == 0)
     throw hal::ExitError(hal::Exit::failed,
-                         "no robot was named; do they run firmware/fit_robots.c, with ids of their own?");
+                         "no robot was identified; do they run firmware/fit_robots.c, with ids of their own?");
 }
 
 void add_identify_command(CLI::App* command) {
@@ -243,9 +243,10 @@ void add_identify_command(CLI::App* command) {
                    "119, one by one")
       ->check(CLI::IsMember({"spelled", "ark", "ark-runtime"}))
       ->capture_default_str();
-  command->add_flag("--any", options->any, "Expect no particular robots: accept all that answer")->excludes("--ids");
+  command->add_flag("--any", options->any, "Accept all robots that answer, without a list of expected ids")
+      ->excludes("--ids");
   command->add_flag("--latency", options->latency,
-                    "Name nobody: let all robots flash, and measure how late the cameras' pictures come (2 minutes)");
+                    "Identify no robots; let all flash, and measure the cameras' latency (2 minutes)");
   command
       ->add_option("--seconds", options->max_s,
                    "Give up after this time (default: 120, with ARK's messages 3 for each id)")
@@ -253,7 +254,7 @@ void add_identify_command(CLI::App* command) {
   command->footer(
       "Examples:\n  arkmesh identify lab.toml\n  arkmesh identify lab.toml --any\n  arkmesh identify lab.toml "
       "--protocol ark --ids 0-19\n  arkmesh identify lab.toml --latency\n"
-      "Robots need not run their program. Ends with 1 when an expected robot was not found.");
+      "Robots need not run their program. Exit code 1 if an expected robot was not found.");
   command->callback([options] { end_with(identify(*options)); });
 }
 
@@ -265,15 +266,14 @@ void add_assign_ids_command(CLI::App* command) {
       ->check(CLI::Range(1.0, 1e5));
   command->footer(
       "Examples:\n  arkmesh assign-ids lab.toml\n  arkmesh assign-ids lab.toml --ids 100-149\n"
-      "Real robots must run firmware/assign_ids.c; simulated ones run it already. Ends with 1 when a "
-      "robot got no id.");
+      "Real robots must run firmware/assign_ids.c; simulated ones run it already. Exit code 1 if a robot got no id.");
   command->callback([options] { end_with(assign(*options)); });
 }
 
 void add_calibrate_motors_command(CLI::App* command) {
   const auto options = std::make_shared<CalibrateMotorsOptions>();
   options->common.add_to(command, "Which robots, such as 0-11,40");
-  command->add_option("--duty", options->first_duty, "Duty of the first test, of 255")
+  command->add_option("--duty", options->first_duty, "Motor duty of the first test, 0 to 255")
       ->check(CLI::Range(40, 110))
       ->capture_default_str();
   command->add_option("--seconds", options->max_s, "Give up on a robot after this time, in seconds")
@@ -282,8 +282,7 @@ void add_calibrate_motors_command(CLI::App* command) {
   command->footer(
       "Examples:\n  arkmesh calibrate-motors lab.toml\n  arkmesh calibrate-motors lab.toml --ids 3,7 --duty 65\n"
       "Each robot needs an id of its own and about 15 cm of free space. Real robots must run\n"
-      "firmware/calibrate_motors.c; simulated ones run it already. Ends with 1\n"
-      "when a robot was not calibrated.");
+      "firmware/calibrate_motors.c; simulated ones run it already. Exit code 1\nif a robot was not calibrated.");
   command->callback([options] { end_with(calibrate(*options)); });
 }
 

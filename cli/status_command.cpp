@@ -56,7 +56,7 @@ std::string in_words(const nlohmann::json& status, const std::string& hung) {
     text += "no lab is heard; start it with: arkmesh lab FILE\n";
   } else {
     const std::string name = lab["name"];
-    text += fmt::format("lab {}: {}, period {} of {}, {:.1f}x real time, settings {}, said {:.1f} s ago\n", name,
+    text += fmt::format("lab {}: {}, period {} of {}, {:.1f}x real time, settings {}, received {:.1f} s ago\n", name,
                         lab["state"].get<std::string>(), lab["period"].get<int>(), lab["last_period"].get<int>(),
                         lab["speed"].get<double>(), lab["settings"].get<std::string>(), lab["age_s"].get<double>());
     add_losses(losses, name, lab["counters"]);
@@ -64,7 +64,7 @@ std::string in_words(const nlohmann::json& status, const std::string& hung) {
   if (const nlohmann::json& gateway = status["gateway"]; gateway.is_null()) {
     text += "no gateway is heard; start it with: arkmesh gateway FILE\n";
   } else {
-    text += fmt::format("gateway of {}, said {:.1f} s ago\n", gateway["of"].get<std::string>(),
+    text += fmt::format("gateway of {}, received {:.1f} s ago\n", gateway["of"].get<std::string>(),
                         gateway["age_s"].get<double>());
     constexpr const char* row = "  {:<10}{:<6}{:<9}{:<10}{:<22}{:>11}{:>22}{:>10}{:>12}{:>10}{:>9}  {}\n";
     text += fmt::format(row, "peer", "link", "version", "settings", "since", "round trip", "its clock", "newest",
@@ -97,7 +97,7 @@ void show_status(const BusOptions& options, bool json) {
   if (json) return fmt::print("{}\n", listener.json().dump(2));
   if (isatty(STDOUT_FILENO) != 1) return fmt::print("{}", in_words(listener.json(), options.hung_words()));
   while (!stop.stopped()) {
-    fmt::print("\033[H\033[2J{}\nCtrl-C ends this\n", in_words(listener.json(), options.hung_words()));
+    fmt::print("\033[H\033[2J{}\nPress Ctrl-C to quit\n", in_words(listener.json(), options.hung_words()));
     std::fflush(stdout);
     listener.listen(refresh_every, stop);
   }

@@ -8,14 +8,15 @@ namespace arkmesh::cli {
 
 CLI::Option* ProgramOptions::add_to(CLI::App& command) {
   CLI::Option* const files =
-      command.add_option("PROGRAM", paths, "The C file for kilolib; several, or a folder of them, of one program")
+      command
+          .add_option("PROGRAM", paths,
+                      "The C file for kilolib; or several files, or a folder of them, that form one program")
           ->required()
           ->check(CLI::ExistingPath);
-  command.add_option("-I,--include", include, "A folder with headers, beside the program's own")
+  command.add_option("-I,--include", include, "A folder with headers, in addition to the program's own")
       ->allow_extra_args(false)
       ->check(CLI::ExistingDirectory);
-  command.add_option("-D,--define", define, "A macro of the program: -D NAME or -D NAME=VALUE")
-      ->allow_extra_args(false);
+  command.add_option("-D,--define", define, "Define a macro: -D NAME or -D NAME=VALUE")->allow_extra_args(false);
   return files;
 }
 
@@ -41,7 +42,7 @@ CLI::Option* SwarmCommand::add_to(CLI::App& command) {
       ->check(CLI::Range(2 * hal::kilobot::body_radius_m, 10.0));
   command.add_option("--seed", swarm.seed, "Seed of all random numbers")->capture_default_str();
   command.add_option("--set", swarm.settings,
-                     "Sets a key of the arena: ode.preset=measured, ode.robots_file=robots.toml");
+                     "Set a key of the arena: ode.preset=measured, ode.robots_file=robots.toml");
   return time;
 }
 

@@ -47,7 +47,7 @@ void say(const app::SaidWord& word, const hal::kilobot::WordLayout& layout) {
 int replay(const TestbedOptions& options) {
   OperatorStop stop;
   const app::TestbedRecord found = app::find_testbed_record(options.folder);
-  fmt::print("{:>10} {:>8} {:>6} {:>6}  {}\n", "time_s", "for_s", "copies", "spoilt", "what robots could hear");
+  fmt::print("{:>10} {:>8} {:>6} {:>6}  {}\n", "time_s", "for_s", "copies", "spoilt", "message");
   app::replay_words(found, stop, [&](const app::SaidWord& word) { say(word, found.layout); });
   std::fflush(stdout);
   const app::PoseComparison poses = app::compare_poses(found, stop);
@@ -75,7 +75,7 @@ void add_testbed_command(CLI::App* testbed) {
   keep->add_option("file", options->lab.file, "The lab's configuration file")->required()->check(CLI::ExistingFile);
   keep->add_option("--out", options->lab.out, "Folder for the results and, in raw/, the record; empty or new")
       ->required();
-  keep->add_option("--seconds", options->seconds, "How long the run lasts: run.duration_s, whole periods")
+  keep->add_option("--seconds", options->seconds, "Duration of the run, in whole periods (overrides run.duration_s)")
       ->check(CLI::Range(0.1, 1e6));
   keep->add_flag("--open", options->lab.open, "Open the lab's page in a browser");
   keep->add_option("--set", options->lab.sets, "Override a key: --set arena.use=kilobot")->allow_extra_args(false);
@@ -83,14 +83,13 @@ void add_testbed_command(CLI::App* testbed) {
 
   CLI::App* const play = testbed->add_subcommand(
       "replay", "Print the messages to the robots, and compare recomputed poses with the recorded ones");
-  play->add_option("folder", options->folder, "The folder of `testbed record`, or of --record")
+  play->add_option("folder", options->folder, "A folder made by `testbed record`, or by --record")
       ->required()
       ->check(CLI::ExistingDirectory);
   play->callback([options] { end_with(replay(*options)); });
   testbed->footer(
       "Examples:\n  arkmesh testbed record lab.toml --out day1 --seconds 60\n  arkmesh testbed replay day1 | less\n"
-      "`record` runs the lab as `arkmesh lab` does. `replay` ends with 1 when poses differ, or none could be "
-      "compared.");
+      "`record` runs the lab as `arkmesh lab` does. `replay` exits with 1 if poses differ, or none could be compared.");
 }
 
 }  // namespace arkmesh::cli

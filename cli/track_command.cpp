@@ -108,7 +108,7 @@ bool track(const testbed::StreamOptions& options) {
   const auto explains = [&](bool one_picture) {
     if (!options.explain.empty() && !one_picture)
       throw std::runtime_error(
-          fmt::format("--explain explains one picture, by itself: {} is none, or is followed", options.source));
+          fmt::format("--explain needs one picture: {} is not a picture, or is tracked as a video", options.source));
   };
   if (tracker::source_kind(options.source) != tracker::SourceKind::recording) {
     explains(false);
@@ -162,7 +162,7 @@ void add_track_command(CLI::App* command) {
                    "Driving direction minus direction of the LED, degrees counter-clockwise")
       ->check(CLI::Range(-360.0, 360.0))
       ->capture_default_str();
-  command->add_option("--diameter", options->diameter_px, "Diameter of a robot in pixels, if it is known")
+  command->add_option("--diameter", options->diameter_px, "Diameter of a robot in pixels, if known")
       ->check(CLI::Range(6.0, 2000.0));
   command->footer(
       "Examples:\n  arkmesh track robots.png --json --png found.png\n  arkmesh track clip.mp4 --csv tracks.csv --video "

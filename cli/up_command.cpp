@@ -177,11 +177,11 @@ void add_up_command(CLI::App* command) {
       ->required()
       ->check(CLI::ExistingFile);
   command->add_option("--out", options->out, "Folder for the results, one folder in it for each lab");
-  command->add_flag("--force", options->force, "Move existing contents of a lab's folder aside");
+  command->add_flag("--force", options->force, "Move existing contents of a lab's folder to OUT.1");
   command->add_option("--set", options->sets, "Override a key of all files: --set run.seed=7")->allow_extra_args(false);
   command->footer(
       "Example:\n  arkmesh up experiments/dhtf/shark.toml experiments/dhtf/roark.toml\n"
-      "Ctrl-C ends all with their results; so does the failure of one.");
+      "Ctrl-C ends all labs and writes their results, and so does the failure of one.");
   command->callback([options] { end_with(Group(*options).run()); });
 }
 

@@ -86,7 +86,7 @@ void view_runs(const ViewOptions& options) {
 void view_federation(const ViewOptions& options) {
   OperatorStop stop;
   if (!options.what.empty())
-    throw hal::ConfigError("--federation shows the labs that are met there; a lab's file is shown without it");
+    throw hal::ConfigError("--federation shows the labs of a federation; omit it to show a lab's file");
   if (!view::is_loopback(options.address))
     throw hal::ConfigError(
         "a federation is shown on this machine only; ssh -L 8800:127.0.0.1:8800 brings the page to another one");
@@ -135,7 +135,7 @@ void add_view_command(CLI::App* command) {
   const char* const watched = "Watch a federation";
   auto* const federation = command
                                ->add_option("--federation", options->federation,
-                                            "Its NATS servers, as gateway.connect has them; nothing is published")
+                                            "Its NATS servers, as in gateway.connect; nothing is published")
                                ->group(watched);
   command->add_option("--experiment", options->experiment, "Its experiment: shared.experiment, or the scenario")
       ->group(watched)

@@ -127,7 +127,7 @@ TEST_CASE("ohc: a command says what was sent") {
   CHECK(says({"run"}) == "run: sent for 0.05 s\n");
   CHECK(says({"set-uid", "3", "--yes"}) == "set-uid: sent for 0.1 s\n");
   const std::string moving =
-      ": sent for 0.05 s; robots go on so until `pause`, or until `save`, which stores the duties\n";
+      ": sent for 0.05 s; robots continue until `pause`, or until `save`, which stores the duties\n";
   CHECK(says({"left", "72"}) == "left" + moving);
   CHECK(says({"straight", "65", "70"}) == "straight" + moving);
 }
@@ -145,8 +145,10 @@ TEST_CASE("ohc: set-uid asks") {
   };
   const auto alone = start("/dev/null");
   CHECK(alone->wait(deadline) == 2);
-  CHECK(alone->output().find("--yes: is needed where nobody can be asked: Every robot in reach gets the id 12") !=
-        std::string::npos);
+  CHECK(
+      alone->output().find(
+          "--yes: is needed without a terminal, where arkmesh cannot ask: Every robot in range will store the id 12") !=
+      std::string::npos);
   for (const auto& [answer, code] : {std::pair{"n\n", 1}, {"y\n", 0}}) {
     const auto asked = start(terminal.link());
     CHECK(eventually(deadline, [&] { return asked->output().find("[y/N]") != std::string::npos; }));

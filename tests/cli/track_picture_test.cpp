@@ -81,7 +81,7 @@ TEST_CASE("track explains one picture, and says when it cannot") {
   CHECK(cv::imread(explained).cols > 160);
   const Ran refused = track({folder.path().string(), "--explain", explained});
   CHECK(refused.code != 0);
-  CHECK(refused.output.find("--explain explains one picture") != std::string::npos);
+  CHECK(refused.output.find("--explain needs one picture") != std::string::npos);
   cv::imwrite(grey, cv::imread(pictures + "table_6robots.png", cv::IMREAD_GRAYSCALE));
   const Ran ran = track({grey, "--json"});
   for (const nlohmann::json& robot : printed_list(ran.output)) {

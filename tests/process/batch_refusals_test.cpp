@@ -44,7 +44,7 @@ TEST_CASE("a batch refuses in one sentence what cannot be run, before anything s
   refused(small_labs + "seeds = 1\n[choices.seed.a]\n", "is already a column of the table");
   refused("labs = [\"/tmp\"]\nseeds = 1\n", "/tmp is a folder; name the lab's file");
   refused("labs = [3]\nseeds = 1\n", "3 is not a file name");
-  refused(small_batch, "the batch has the runs 0..15", {"--index", "16"});
+  refused(small_batch, "the batch has runs 0..15", {"--index", "16"});
   refused(small_batch, "holds no batch", {"--gather"});
   refused(small_batch, "holds no batch", {"--plot", "completed", "--over", "gate.period_s"});
   refused(small_batch, "--seeds 5..2", {"--seeds", "5..2"});
@@ -196,7 +196,7 @@ TEST_CASE("a robot's program is proved with what that robot got in a recorded ru
   const auto same = prove({"--lab", "shark", "--robot", "3"});
   CAPTURE(same.second);
   CHECK(same.first == 0);
-  CHECK(same.second.find("the same in every output on robot 3 of lab shark") != std::string::npos);
+  CHECK(same.second.find("every output is the same on robot 3 of lab shark") != std::string::npos);
   const auto different = prove({"--lab", "roark", "--robot", "1"});
   CAPTURE(different.second);
   CHECK(different.first == 1);

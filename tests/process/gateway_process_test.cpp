@@ -166,7 +166,7 @@ TEST_CASE("arkmesh reload changes the rules of a gateway at work") {
   }));
   CHECK(shark.output().find("not connected") == std::string::npos);
   roark.kill();
-  CHECK(reload(1, files.roark).find("arkmesh: no gateway of yours runs with ") == 0);
+  CHECK(reload(1, files.roark).find("arkmesh: none of your gateways runs with ") == 0);
 }
 
 TEST_CASE("arkmesh reload reaches the gateway although others hold sockets with its name") {

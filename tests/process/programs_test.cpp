@@ -98,7 +98,7 @@ TEST_CASE("a program that is missing is named") {
   const std::string path = "PATH=" + fs::path(ARKMESH_PROGRAM).parent_path().string();
   CHECK(lab.said(1, {path, (alone / "arkmesh").string(), "gateway", lab.file.string()}, "/usr/bin/env") ==
         fmt::format("arkmesh: arkmesh gateway needs the program arkmesh-gateway, which is not in {}; scripts/build "
-                    "builds it, and an installation has all programs of arkmesh in one folder\n",
+                    "builds it, and an installation keeps all of arkmesh's programs in one folder\n",
                     alone.string()));
   CHECK(lab.said(0, {"--help"}, (alone / "arkmesh").string()).find("calibrate-motors") != std::string::npos);
   // A lab's arena is known once its file was read.
@@ -107,7 +107,7 @@ TEST_CASE("a program that is missing is named") {
     CAPTURE(command);
     CHECK(lab.said(1, {command, lab.file.string(), "--set", "arena.use=emulated"}, (alone / "arkmesh").string()) ==
           fmt::format("arkmesh: {}: arena.use = \"emulated\" needs the program arkmesh-testbed, which is not in {}; "
-                      "scripts/build builds it, and an installation has all programs of arkmesh in one folder\n",
+                      "scripts/build builds it, and an installation keeps all of arkmesh's programs in one folder\n",
                       lab.file.string(), alone.string()));
   }
 }
@@ -115,7 +115,7 @@ TEST_CASE("a program that is missing is named") {
 TEST_CASE("a command's old name answers with the new one") {
   const Lab lab;
   CHECK(lab.said(2, {"room", lab.file.string(), "--seconds", "1"}) ==
-        "arkmesh: the command room is called emulator now: arkmesh emulator\n");
+        "arkmesh: the command room is now called emulator: arkmesh emulator\n");
 }
 
 TEST_CASE("an idle gateway is small") {

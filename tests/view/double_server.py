@@ -229,7 +229,7 @@ class Socket(tornado.websocket.WebSocketHandler):
         elif self.may:
             self.put(json.dumps({"done": {"request": request}}))
         else:
-            self.put(json.dumps({"refused": {"request": request, "why": "this page may only look"}}))
+            self.put(json.dumps({"refused": {"request": request, "why": "this page is read-only"}}))
 
     def frames(self, request, asked):
         at, sent, newest = 0, set(), {}

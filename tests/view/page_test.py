@@ -318,7 +318,7 @@ class PageTest(unittest.TestCase):
         self.open(server)
         self.until("return document.getElementById('banner').hidden && !document.body.classList.contains('apart')")
         before = self.js("return getComputedStyle(document.getElementById('stage')).opacity")
-        for what, words in (("mute", "Nothing was heard from the server of this page for 3 s"), ("labs_mute", "Nothing was heard of shark, roark for 3 s")):
+        for what, words in (("mute", "Nothing received from this page's server for 3 s"), ("labs_mute", "Nothing received from shark, roark for 3 s")):
             setattr(server, what, True)
             since = time.monotonic()
             self.until("return !document.getElementById('banner').hidden && document.getElementById('banner').textContent.startsWith(arguments[0])", words)

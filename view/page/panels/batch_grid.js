@@ -64,7 +64,7 @@ export class BatchGrid {
         const row = runs.get(seed);
         if (!row) return h("td", {}, "–");
         const words = row.cells[state] === "finished" ? number_of(row.cells[value]) : `${row.cells[state]}: ${row.cells[why]}`, { run } = row;
-        if (run === null) return h("td", {}, h("span", { title: "there is no recording of it" }, words));
+        if (run === null) return h("td", {}, h("span", { title: "it has no recording" }, words));
         const canvas = h("canvas", { "data-run": run, "aria-hidden": "true" });
         this.seen.observe(canvas);
         return h("td", {}, h("button", { class: "run", title: `replay run ${row.cells[0]}`, onclick: () => (this.element.close(), this.open(run)) }, canvas, h("span", {}, words)));

@@ -7,7 +7,7 @@ import { keeper, keeper_words, not_standing_words, standing_words, told_words, w
  * In the order of buttons: name, words, title.
  * @type {[string, string, string][]}
  */
-const commands = [["pause", "Pause", "key P"], ["resume", "Resume", "key R"], ["reset", "Reset", "Robots begin their program again, and wait for Resume"], ["arm", "Arm", ""], ["disarm", "Disarm", ""]];
+const commands = [["pause", "Pause", "key P"], ["resume", "Resume", "key R"], ["reset", "Reset", "Robots restart their program, and wait for Resume"], ["arm", "Arm", ""], ["disarm", "Disarm", ""]];
 
 /**
  * A command to one lab. `refused`: undefined before the answer, then empty or why. `statuses`: how many of the lab had come when the answer did. `took`: robots were told.
@@ -88,7 +88,7 @@ export class ControlBar {
 
   /** @param {string} name @param {import("../world/lab.js").Lab[]} labs */
   async order(name, labs) {
-    if (!this.may) return this.say(`${name} was not sent: this page may only look`);
+    if (!this.may) return this.say(`${name} was not sent: this page is read-only`);
     this.orders = new Map(labs.map((lab) => [lab.index, { name, refused: undefined, statuses: 0, took: false }]));
     this.update();
     await Promise.all([...this.orders].map(async ([index, order]) => {

@@ -16,12 +16,12 @@ export const silent_ms = 3000;
 export function silence_words(world, connection, now_ms) {
   const live = world.about.mode === "live", { labs } = world;
   const ended = live && labs.length > 0 && labs.every((lab) => word(lab.status, "phase") === "ended");
-  if (!connection.open) return ended ? "Not connected: the labs' program has ended with its run. What you see is the end of it." : `Not connected: ${connection.why}. What you see is old; trying again…`;
-  const words = (/** @type {string} */ what, /** @type {number} */ since_ms) => `Nothing was heard ${what} for ${Math.floor((now_ms - since_ms) / 1000)} s. What you see is old.`;
-  if (now_ms - connection.heard_ms >= silent_ms) return words("from the server of this page", connection.heard_ms);
+  if (!connection.open) return ended ? "Not connected: the run and its program have ended. This is the final state." : `Not connected: ${connection.why}. This view is out of date; reconnecting…`;
+  const words = (/** @type {string} */ what, /** @type {number} */ since_ms) => `Nothing received ${what} for ${Math.floor((now_ms - since_ms) / 1000)} s. This view is out of date.`;
+  if (now_ms - connection.heard_ms >= silent_ms) return words("from this page's server", connection.heard_ms);
   const heard = labs.filter((lab) => lab.heard_ms > 0);
   const newest_ms = Math.max(...heard.map((lab) => lab.heard_ms));
-  return live && !ended && heard.length && now_ms - newest_ms >= silent_ms ? words(`of ${heard.map((lab) => lab.name).join(", ")}`, newest_ms) : "";
+  return live && !ended && heard.length && now_ms - newest_ms >= silent_ms ? words(`from ${heard.map((lab) => lab.name).join(", ")}`, newest_ms) : "";
 }
 
 /**

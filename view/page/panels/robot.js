@@ -29,7 +29,7 @@ export class RobotPanel {
     const seen_by = lab ?? world.labs.find((l) => pick && find(l, pick));
     const robot = pick && seen_by && find(seen_by, pick);
     if (!pick) patch(this.facts, h("p", {}, "Click a robot, or press ] for the next one."));
-    else if (!robot || !seen_by) patch(this.facts, h("p", {}, `${pick.lab}/${pick.id} is not to be seen now.`));
+    else if (!robot || !seen_by) patch(this.facts, h("p", {}, `${pick.lab}/${pick.id} is not visible now.`));
     else {
       /** @type {[string, string | Node][]} */
       const pairs = [
@@ -45,9 +45,9 @@ export class RobotPanel {
       }
       const told = lab?.told_to(pick.id) ?? [];
       const printed = lab?.texts.get(pick.id);
-      patch(this.facts, facts(pairs), h("h2", {}, "Newest messages to it"), told.length
+      patch(this.facts, facts(pairs), h("h2", {}, "Latest messages to it"), told.length
         ? table(["time", "slot", "kind", "value"], told.map((m) => [time_words(m.t_us), m.slot, m.kind, m.value]))
-        : h("p", {}, lab ? "none yet" : "its own lab tells"), ...(printed ? [h("h2", {}, "Printed by its program"), h("pre", { class: "printed" }, printed.trimEnd().split("\n").slice(-lines_most).join("\n"))] : []));
+        : h("p", {}, lab ? "none yet" : "sent by its own lab"), ...(printed ? [h("h2", {}, "Printed by its program"), h("pre", { class: "printed" }, printed.trimEnd().split("\n").slice(-lines_most).join("\n"))] : []));
     }
     this.update_faults(world, lab ?? null);
   }

@@ -17,7 +17,7 @@ export class ViewBar {
     this.follow = h("button", { title: "Keep the picked robot in the middle (F)", onclick: () => options.set({ follow: !options.follow }) }, "follow");
     this.tools = tools.map(([tool, words, title]) => h("button", { title, id: `tool-${tool}`, onclick: () => options.set({ tool, ruler: null }) }, words));
     this.layers = layers.map(([layer, words]) => h("button", { onclick: () => options.toggle(layer) }, words));
-    this.trails = h("select", { "aria-label": "trails", title: "How much of the past trails show", onchange: () => options.set({ shown: { ...options.shown, trails: this.trails.value !== "0" }, trail_s: Number(this.trails.value) || options.trail_s }) },
+    this.trails = h("select", { "aria-label": "trails", title: "Length of the trails", onchange: () => options.set({ shown: { ...options.shown, trails: this.trails.value !== "0" }, trail_s: Number(this.trails.value) || options.trail_s }) },
       h("option", { value: 0 }, "no trails"), ...trails_s.map((s) => h("option", { value: s }, s < 60 ? `trails ${s} s` : `trails ${s / 60} min`)));
     const button = (/** @type {string} */ words, /** @type {string} */ title, /** @type {() => void} */ onclick) => h("button", { title, "aria-label": /[a-z]/.test(words) ? undefined : title, onclick }, words);
     this.element = h("div", { class: "view", role: "toolbar", "aria-label": "what is shown" },

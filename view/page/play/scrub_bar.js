@@ -12,7 +12,7 @@ export class ScrubBar {
     this.player = player;
     this.world = world;
     this.play = h("button", { id: "play", title: "Play or pause (Space)", onclick: () => player.play(!player.playing) }, "▶");
-    const step = (/** @type {number} */ by) => h("button", { title: by < 0 ? "A frame back (←)" : "A frame on (→)", "aria-label": by < 0 ? "a frame back" : "a frame on", onclick: () => this.step(by) }, by < 0 ? "◁" : "▷");
+    const step = (/** @type {number} */ by) => h("button", { title: by < 0 ? "A frame back (←)" : "A frame forward (→)", "aria-label": by < 0 ? "a frame back" : "a frame forward", onclick: () => this.step(by) }, by < 0 ? "◁" : "▷");
     this.bar = h("input", { type: "range", min: 0, max: 1000, step: 1, value: 0, id: "scrub", "aria-label": "time", oninput: () => player.seek(Number(this.bar.value) * 1000) });
     this.marks = h("div", { class: "marks", "aria-hidden": "true" });
     this.time = h("output", { id: "time" });

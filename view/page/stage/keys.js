@@ -13,7 +13,7 @@ export class Keys {
     this.on = h("input", { type: "checkbox", id: "keys-on", onchange: () => localStorage.setItem(setting, this.on.checked ? "on" : "off") });
     this.on.checked = localStorage.getItem(setting) !== "off";
     this.dialog = h("dialog", { "aria-label": "keys" }, table(["key", "what it does"], bindings.map((b) => [b.keys.map((k) => (k === " " ? "Space" : k.length === 1 ? k.toUpperCase() : k)).join(", "), b.words])),
-      h("p", {}, this.on, " ", h("label", { for: "keys-on" }, "single keys act, also while something else has the focus")),
+      h("p", {}, this.on, " ", h("label", { for: "keys-on" }, "single keys work even when another element has the focus")),
       h("form", { method: "dialog" }, h("button", {}, "close")));
     document.body.append(this.dialog);
     document.addEventListener("keydown", (event) => this.pressed(event));

@@ -108,7 +108,7 @@ export class Types {
     let decode = this.decoders.get(bare);
     if (!decode) {
       const type = this.types[bare];
-      if (!type) throw new DecodeError(`holds a ${name}, of which the server does not tell`);
+      if (!type) throw new DecodeError(`contains a ${name}, a type unknown to the server`);
       const fields = type.fields.map((f) => /** @type {[string, Decode]} */ ([f.name, this.field_decoder(f)]));
       decode = (reader) => {
         /** @type {Message} */
