@@ -104,6 +104,16 @@ class Documents(unittest.TestCase):
             for target in re.findall(r"\]\(([^)#:]+)\)", document.read_text()):
                 self.assertTrue((document.parent / target).exists(), f"{document.name} links to {target}")
 
+    def test_every_page_is_two_clicks_from_the_front_page(self):
+        """README, which is also the front page of the site, links to each page of docs, or to a page that does."""
+        def linked(page):
+            return {(page.parent / target).resolve() for target in re.findall(r"\]\(([^)#:]+\.md)(?:#[^)]*)?\)", page.read_text())}
+        first = linked(ROOT / "README.md")
+        second = set().union(*(linked(page) for page in first if page.is_relative_to(ROOT / "docs")))
+        pages = {page.resolve() for page in (ROOT / "docs").glob("*.md")}
+        self.assertGreater(len(pages), 30)
+        self.assertEqual(sorted(page.name for page in pages - first - second), [])
+
     def test_commands_are_there(self):
         """Every command line on the pages of testbeds exists as written, with each of its options."""
         for document in ("docs/learn-testbed.md", "docs/your-first-testbed.md"):
