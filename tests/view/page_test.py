@@ -224,7 +224,7 @@ class PageTest(unittest.TestCase):
     def test_who_watches_is_told_of_no_token(self):
         """Where nobody can control, as at a page of a federation, there is no button, and no word of an address that would have one."""
         self.open(self.serve(about={"control": False}))
-        self.assertEqual(self.until("return document.querySelector('.said').textContent"), "to look only")
+        self.assertEqual(self.until("return document.querySelector('.said').textContent"), "read-only")
         self.assertFalse(self.driver.find_element(By.ID, "stop").is_displayed())
 
     def test_nothing_to_press_before_the_page_is_ready(self):

@@ -73,7 +73,7 @@ export class ControlBar {
     this.buttons.replaceChildren(...(may ? own.map(([name, words, title]) => (
       h("button", { id: `command-${name}`, title, onclick: () => this.command(name) }, words))) : []));
     const how = about.control ? ": open the address that the lab printed, with its token, to control it" : "";
-    this.say(may || !live ? "" : `to look only${how}`);
+    this.say(may || !live ? "" : `read-only${how}`);
   }
 
   /** STOP is for all labs, whatever was chosen. */
