@@ -74,7 +74,7 @@ TEST_CASE("plot draws batches as curves, also where they keep no logs") {
   REQUIRE(fs::exists(bench.path("batch/runs.csv")));
   bench.draws({bench.path("batch")}, "batch/curves.png");
   bench.draws({bench.path("batch"), "--by", "gate.period_s", "--series", "swarms.north"}, "batch/curves.png");
-  bench.refuses({bench.path("batch"), "--at", "4"}, "--at is for the picture of one run");
+  bench.refuses({bench.path("batch"), "--at", "4"}, "--at needs a single run");
   bench.refuses({bench.path("batch"), "--by", "colour"}, "has no factor colour; it has gate.period_s");
 }
 

@@ -309,7 +309,7 @@ class PageTest(unittest.TestCase):
         server.tell(self.status(1, **end))
         self.until("return document.getElementById('ended').innerText === arguments[0]", f"ended; results in runs/demo; replay with arkmesh view runs/demo\nshark: stopped; {words}\nroark: stopped; robots told to stop; all robots were seen standing")
         server.stop()
-        self.until("return /ended with its run/.test(document.getElementById('banner').textContent)")
+        self.until("return /run and its program have ended/.test(document.getElementById('banner').textContent)")
         self.assertFalse(self.js("return document.getElementById('ended').hidden"))
 
     def test_says_when_it_hears_nothing(self):

@@ -192,7 +192,8 @@ TEST_CASE("the programs with an original client: both finish, and it is never cl
   INFO(stand_in.output());
   INFO(programs.of("shark", "lab").output());
   CHECK(programs.of("shark", "lab").wait(0ms) == 0);
-  CHECK(tick_until(socket, [&] { return stand_in.output().find("the original still runs") != std::string::npos; }));
+  CHECK(tick_until(
+      socket, [&] { return stand_in.output().find("the original program is still running") != std::string::npos; }));
   const std::uint64_t before = original.ticks;
   CHECK(tick_until(socket, [&] { return original.ticks > before + 100; }));
   CHECK(stand_in.running());
@@ -241,7 +242,8 @@ TEST_CASE("an operator ends the lab, and the original is still not closed on") {
   REQUIRE(tick_until(socket, [&] { return !original.sites.empty() && original.active.size() == 8; }));
   Process& stand_in = programs.of("argos", "mark");
   stand_in.signal(SIGTERM);
-  CHECK(tick_until(socket, [&] { return stand_in.output().find("the original still runs") != std::string::npos; }));
+  CHECK(tick_until(
+      socket, [&] { return stand_in.output().find("the original program is still running") != std::string::npos; }));
   CHECK(stand_in.output().find("stopped by the operator") != std::string::npos);
   const std::uint64_t before = original.ticks;
   CHECK(tick_until(socket, [&] { return original.ticks > before + 100; }));
