@@ -23,11 +23,20 @@
  */
 #include "calls.h"
 
+/* Whether the processor reads the clock, byte by byte: between two of them time goes on neither here nor there. */
+static int reads_clock(void) {
+  const uint8_t* const next = avr->flash + avr->pc;
+  const unsigned address = next[2] | next[3] << 8;
+  return avr->pc + 4 <= avr->flashend && ((next[0] | next[1] << 8) & 0xFE0F) == 0x9000 && at_ticks &&
+         address >= at_ticks && address < at_ticks + 4;
+}
+
 static void step(void) {
   const int state = avr_run(avr);
   if (state == cpu_Done || state == cpu_Crashed || (avr->pc == 0 && now.begun)) seen.failed = 'x';
   if (avr->cycle - now.last_call > (now.waits_on ? wait_cycles : quiet_cycles) && rec < log_end) {
     if (*rec == 'w' && !now.lost && avr->sreg[S_I]) {
+      if (reads_clock()) return;
       avr_raise_interrupt(avr, &interrupt_vector);
       now.last_call = avr->cycle;
     } else if (avr->cycle - now.last_call > hung_cycles) {
