@@ -35,7 +35,7 @@ class Publish(unittest.TestCase):
         done = called("run", *LABS, "--seconds", "5", "--set", 'b:gateway.peers=[{lab="a",connect="tls://lab.secret.example:7444"}]', "--set", 'view.hosts=["secret.example"]', "--out", cls.folder / "run")
         assert done.returncode == 0, done.stderr
         cls.crate = cls.folder / "crate"
-        done = called("publish", cls.folder / "run", *CITED, "--name", "Lights", "--out", cls.crate)
+        done = called("publish", cls.folder / "run", *CITED, "--name", "Lights, TITLE and DATA", "--out", cls.crate)
         assert done.returncode == 0, done.stderr
 
     def test_metadata_names_what_is_there(self):
