@@ -76,6 +76,7 @@ class PageTest(unittest.TestCase):
 
     def at_robot(self, lab, robot):
         """Offset of a robot from the middle of the stage, CSS pixels."""
+        self.until("return /▶ running/.test(document.getElementById('side').innerText)")  # panels and header have what labs said
         self.drawn()  # where the stage is as large as it is now
         return self.js("""const {stage, world} = arkmesh, lab = world.labs[arguments[0]], r = lab.robots.find((x) => x.id === arguments[1]);
             const {placement: p} = stage.panes.list.flatMap((x) => x.labs).find((x) => x.lab === lab);
@@ -155,7 +156,7 @@ class PageTest(unittest.TestCase):
         stage = self.driver.find_element(By.ID, "stage")
         ActionChains(self.driver).move_to_element_with_offset(stage, *self.at_robot(0, 2)).click().perform()
         self.assertEqual(self.until("return arkmesh.options.pick"), {"lab": "shark", "id": 2})
-        self.until("return /robot\\s+shark\\/2/.test(document.getElementById('side').innerText) && /Newest messages/.test(document.getElementById('side').innerText)")
+        self.until("return /robot\\s+shark\\/2/.test(document.getElementById('side').innerText) && /Latest messages/.test(document.getElementById('side').innerText)")
         self.until("return document.querySelector('#side h2 + table')")
         self.driver.find_element(By.TAG_NAME, "body").send_keys("f")
         self.until("const p = arkmesh.stage.panes.list[0], r = arkmesh.world.labs[0].robots[2]; return Math.abs(p.view.x_m - r.x) < 0.02 && Math.abs(p.view.y_m - r.y) < 0.02")
