@@ -361,6 +361,8 @@ TEST_CASE("each fault of a camera on the network has its own sentence") {
             "is connected and sends no pictures"));
   CHECK(has(said(head + "200 OK\r\nContent-Type: video/mp4\r\n\r\nthese are no pixels"), "no readable video"));
   CHECK(has(said(multipart({jpeg_of(grey(1))})), "has ended its stream"));
+  const std::string damaged = said(multipart(std::vector<Bytes>(3, early_end(jpeg_of(noise_picture())))), true);
+  CHECK_MESSAGE(has(damaged, "sends pictures, but none of them could be decoded"), damaged);
 }
 
 }  // namespace arkmesh::tests::damaged_pictures

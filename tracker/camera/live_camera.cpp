@@ -177,6 +177,7 @@ class LiveCamera final : public CameraFeed {
   void refuse_damaged(std::uint64_t count) {
     const std::lock_guard lock(mutex_);
     counters_.add("camera.refused.damaged", count);
+    if (!any_) error_ = fmt::format("the camera {} sends pictures, but none of them could be decoded so far", shown_);
   }
 
   // A picture has come. False: it cannot be used.
