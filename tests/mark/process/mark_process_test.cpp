@@ -162,7 +162,7 @@ void check_stops(bool is_server, std::chrono::microseconds tick, const std::vect
   INFO(stand_in.output());
   INFO(programs.of("shark", "lab").output());
   REQUIRE(tick_until(
-      socket, [&] { return stand_in.output().find("still runs") != std::string::npos; }, tick));
+      socket, [&] { return stand_in.output().find("is still running") != std::string::npos; }, tick));
   CHECK(tick_until(
       socket, [&, then = original.ticks + 20] { return original.ticks >= then; }, tick));
   CHECK(programs.comes_to("argos", "finished"));
@@ -258,7 +258,7 @@ TEST_CASE("a stand-in that cannot agree with the original ends with the code of 
   Programs programs("--client", {"shared.owner=argos"});
   REQUIRE(socket.accept());
   Process& stand_in = programs.of("argos", "mark");
-  CHECK(tick_until(socket, [&] { return stand_in.output().find("still runs") != std::string::npos; }));
+  CHECK(tick_until(socket, [&] { return stand_in.output().find("is still running") != std::string::npos; }));
   socket.close();
   CHECK(stand_in.wait(300s) == 2);
   CHECK(stand_in.output().find("scenario.dhtf.sites = 8") != std::string::npos);
