@@ -6,10 +6,9 @@ import tomllib
 import numpy
 
 import read_log
-from figure_style import Refused
+from figure_style import LED_NAMES, Refused
 
 COLUMNS = ["time_s", "robot", "x_m", "y_m", "direction_rad", "led"]
-LEDS = ["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white", "unknown"]
 
 
 def of_rows(rows):
@@ -31,7 +30,7 @@ def of_table(file):
             if text.readline().startswith("frame,time_s,track,"):
                 text.seek(0)
                 seen = [row for row in csv.DictReader(text) if float(row["age_s"]) == 0 and row["doubtful"] == "0"]
-                rows = [(row["time_s"], row["track"], row["x_m"], row["y_m"], row["heading_rad"] if float(row["heading_sigma_rad"]) < 0.5 else "nan", LEDS.index(row["led"])) for row in seen]
+                rows = [(row["time_s"], row["track"], row["x_m"], row["y_m"], row["heading_rad"] if float(row["heading_sigma_rad"]) < 0.5 else "nan", LED_NAMES.index(row["led"])) for row in seen]
                 return of_rows(rows), 0.0, 0.0, "body"
             text.seek(0)
             width_m, height_m, what = text.readline().removeprefix("#").split()

@@ -26,9 +26,9 @@
 /* Whether the processor reads the clock, byte by byte: between two of them time goes on neither here nor there. */
 static int reads_clock(void) {
   const uint8_t* const next = avr->flash + avr->pc;
+  if (!at_ticks || avr->pc + 4 > avr->flashend || ((next[0] | next[1] << 8) & 0xFE0F) != 0x9000) return 0; /* no LDS */
   const unsigned address = next[2] | next[3] << 8;
-  return avr->pc + 4 <= avr->flashend && ((next[0] | next[1] << 8) & 0xFE0F) == 0x9000 && at_ticks &&
-         address >= at_ticks && address < at_ticks + 4;
+  return address >= at_ticks && address < at_ticks + 4;
 }
 
 static void step(void) {

@@ -177,7 +177,8 @@ class LiveCamera final : public CameraFeed {
   void refuse_damaged(std::uint64_t count) {
     const std::lock_guard lock(mutex_);
     counters_.add("camera.refused.damaged", count);
-    if (!any_) error_ = fmt::format("the camera {} sends pictures, but none of them could be decoded so far", shown_);
+    if (error_ == none_yet_)
+      error_ = fmt::format("the camera {} sends pictures, but none of them could be decoded so far", shown_);
   }
 
   // A picture has come. False: it cannot be used.
@@ -216,7 +217,8 @@ class LiveCamera final : public CameraFeed {
   Clock::time_point refused_at_{};  // one of another size
   Clock::time_point at_;            // of newest_
   Arrival arrived_, given_;         // of newest_, and of the picture that newest() gave last
-  std::string error_ = fmt::format("no picture has come yet from {}", shown_);
+  const std::string none_yet_ = fmt::format("no picture has come yet from {}", shown_);
+  std::string error_ = none_yet_;
   std::vector<std::string> faults_;
   hal::Counters counters_;
   std::thread thread_;  // last: begins when all else is there

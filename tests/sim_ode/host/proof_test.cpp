@@ -87,6 +87,9 @@ TEST_CASE("each cause of a difference is found, with its line and what it does t
   }
   const sim_ode::Proof busy = proof_of(programs_folder() / "differs" / "busy.c", 6, 10);
   CHECK_MESSAGE(busy.causes.empty(), fmt::format("{}", fmt::join(busy.causes, "\n")));
+  // reads the clock in a loop, also while its lowest byte begins anew: at tick 768
+  const sim_ode::Proof clock = proof_of(programs_folder() / "style_busy_clock.c", 12, 26);
+  CHECK_MESSAGE(clock.causes.empty(), fmt::format("{}", fmt::join(clock.causes, "\n")));
   // the same on both sides, and a warning
   const sim_ode::Proof sign = proof_of(programs_folder() / "differs" / "sign.c", 2, 5);
   CHECK(sign.causes.empty());
