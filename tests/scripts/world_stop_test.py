@@ -96,7 +96,7 @@ class WorldTest(unittest.TestCase):
         since_s = world.emulator_time_s() if world.free else 0
         code, said = world.tell("pause", lab, "--world")
         for each in PORTS:
-            self.assertEqual(f"{each} paused its robots" in said or f"{each} told its robots to stand" in said, each in reached, said)
+            self.assertEqual(f"{each} paused its robots" in said or f"{each} told its robots to stop" in said, each in reached, said)
             self.assertIn(each, said)
         self.assertEqual(code in (0, 4), len(reached) == len(PORTS), said)
         if world.free and "roark" in reached:
