@@ -7,6 +7,7 @@
 #include <array>
 #include <csetjmp>
 #include <cstdio>
+#include <cstring>
 #include <opencv2/imgcodecs.hpp>
 
 namespace arkmesh::tracker {
@@ -76,8 +77,8 @@ void JpegStream::drop(std::size_t bytes) {
 JpegStream::Step JpegStream::walk() {
   while (at_ + 1 < bytes_.size()) {
     if (in_scan_) {
-      const auto mark = std::find(bytes_.begin() + static_cast<std::ptrdiff_t>(at_), bytes_.end(), 0xFF);
-      at_ = static_cast<std::size_t>(mark - bytes_.begin());
+      const void* const mark = std::memchr(bytes_.data() + at_, 0xFF, bytes_.size() - at_);
+      at_ = mark ? static_cast<std::size_t>(static_cast<const std::uint8_t*>(mark) - bytes_.data()) : bytes_.size();
       if (at_ + 1 >= bytes_.size()) break;
       const std::uint8_t kind = bytes_[at_ + 1];
       if (kind == 0 || (kind >= 0xD0 && kind <= 0xD7)) {  // a byte of the pixels, or a place to begin again
