@@ -341,13 +341,17 @@ test("a legend has what is drawn, and LEDs that the scenario explains, in its wo
 });
 
 test("labels that would lie on each other go up, as far as there is room", () => {
-  const places = new Places(), y_of = (x, y) => place_label(places, { x, y, width: 95, height: 13.2 }).y;
+  const places = new Places(), y_of = (x, y) => place_label(places, null, { x, y, width: 95, height: 13.2 })?.y;
   assert.equal(y_of(100, 50), 50);
   assert.equal(y_of(166, 50), 50 - 13.2);
   assert.equal(y_of(232, 50), 50);
   assert.equal(y_of(100, 64), 64, "a line lower is room enough");
   assert.deepEqual([2, 3].map(() => y_of(100, 50)), [50 - 2 * 13.2, 50 - 3 * 13.2]);
-  assert.equal(y_of(100, 50), 50, "no room");
+  assert.equal(y_of(100, 50), undefined, "no room");
+  const sites = new Places();
+  sites.add_disc(400, 50, 20);
+  const box = (y) => ({ x: 400, y, width: 95, height: 13.2 });
+  assert.equal(place_label(places, sites, box(50), box(80)).y, 80, "not on a site");
 });
 
 test("a robot's label lies beside it, on nothing else, and nowhere when there is no room", () => {

@@ -596,9 +596,13 @@ class PageTest(unittest.TestCase):
                 self.assertLess(time.monotonic(), end)
                 time.sleep(0.02)
             self.assertLessEqual(phone.execute_script("return document.documentElement.scrollWidth"), 390)
+            self.assertLessEqual(phone.execute_script("return Math.max(...[...document.querySelectorAll('header :is(button, select)')].map((e) => e.getBoundingClientRect().right))"), 390)
             stop = phone.find_element(By.ID, "stop").rect
             self.assertGreaterEqual(stop["height"], 36)
             self.assertLess(stop["x"] + stop["width"], 390)
+            phone.execute_script("scrollTo(0, 9999)")
+            self.assertGreater(phone.execute_script("return document.getElementById('stop').getBoundingClientRect().top"), 0)
+            phone.execute_script("scrollTo(0, 0)")
             before = phone.execute_script("return arkmesh.stage.panes.list[0].view.px_per_m")
             box = phone.execute_script("const r = document.getElementById('stage').getBoundingClientRect(); return [r.x + 190, r.y + 120]")
             touch = lambda kind, spread: phone.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [] if spread is None else [{"x": box[0] - spread, "y": box[1], "id": 1}, {"x": box[0] + spread, "y": box[1], "id": 2}]})

@@ -55,15 +55,20 @@ function meet(a, b) {
 }
 
 /**
- * Where a label goes that should be at x, y: there, or so many lines higher that it lies on nothing; there, too, when it finds no room.
- * @param {Places} places gets it, too @param {Box} wanted
- * @returns {Box}
+ * Where a label goes: at the first of these places, each tried higher and higher, at which it lies on nothing; null where there is no room.
+ * @param {Places} places gets it, too @param {Places | null} more what it may not lie on either @param {Box[]} wanted
+ * @returns {Box | null}
  */
-export function place_label(places, wanted) {
-  const lines = Array.from({ length: lines_most }, (_, line) => ({ ...wanted, y: wanted.y - line * wanted.height }));
-  const place = lines.find((box) => places.is_free(box)) ?? wanted;
-  places.add(place);
-  return place;
+export function place_label(places, more, ...wanted) {
+  for (let line = 0; line < lines_most; ++line) {
+    for (const each of wanted) {
+      const box = { ...each, y: each.y - line * each.height };
+      if (!places.is_free(box) || (more && !more.is_free(box))) continue;
+      places.add(box);
+      return box;
+    }
+  }
+  return null;
 }
 
 /**

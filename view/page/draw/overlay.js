@@ -43,22 +43,25 @@ export function draw_overlay(c, overlay, p, colours, px) {
 }
 
 /**
- * All words of an overlay, and where they lie.
+ * The words of an overlay, and where they lie; what finds no room is left out until the view is closer.
  * @param {Message} overlay overlay_t @param {Placement} p @param {Colours} colours @param {number} px one CSS pixel
  * @returns {PlacedWords[]}
  */
 export function overlay_words(overlay, p, colours, px) {
-  const places = new Places(), above_px = 9 * px, size_px = words_px * px;
+  const places = new Places(), sites = new Places(), above_px = 9 * px, size_px = words_px * px;
+  for (const circle of overlay.circles) if (circle.label || !circle.dashed) sites.add_disc(p.x(circle.x_m, circle.y_m), p.y(circle.x_m, circle.y_m), circle.radius_m * p.scale);
   /** @type {PlacedWords[]} */
   const out = [];
-  const say = (/** @type {string} */ words, /** @type {string} */ colour, /** @type {Message} */ at, /** @type {number} */ up_px) => {
+  const say = (/** @type {string} */ words, /** @type {string} */ colour, /** @type {Message} */ at, /** @type {number} */ up_px, /** @type {Places | null} */ more = null) => {
     if (!words) return;
-    const { width } = label(words, colours.of(colour), colours.inks.halo, size_px);
-    out.push({ words, colour, place: place_label(places, { x: p.x(at.x_m, at.y_m), y: p.y(at.x_m, at.y_m) - up_px, width, height: 1.2 * size_px }) });
+    const { width } = label(words, colours.of(colour), colours.inks.halo, size_px), x = p.x(at.x_m, at.y_m), y = p.y(at.x_m, at.y_m);
+    const box = (/** @type {number} */ aside, /** @type {number} */ up) => ({ x: x + aside * width, y: y - up, width, height: 1.2 * size_px });
+    const place = place_label(places, more, ...(more ? [0, 0.3, -0.3].flatMap((aside) => [box(aside, up_px), box(aside, -up_px)]) : [box(0, up_px)]));
+    if (place) out.push({ words, colour, place });
   };
   for (const raster of overlay.rasters) if (can_draw(raster)) say(raster.label, raster.colour, top_of(raster), above_px);
   for (const polygon of overlay.polygons) if (polygon.n_corners > 0) say(polygon.label, polygon.colour, mean(polygon.corners), 0);
-  for (const circle of overlay.circles) say(circle.label, circle.colour, circle, circle.radius_m * p.scale + above_px);
+  for (const circle of overlay.circles) say(circle.label, circle.colour, circle, circle.radius_m * p.scale + above_px, sites);
   for (const line of overlay.lines) if (line.n_points > 0) say(line.label, line.colour, line.points[line.n_points >> 1], 0);
   for (const text of overlay.texts) say(text.text, text.colour, text, 0);
   return out;

@@ -22,7 +22,7 @@ export class ViewBar {
     const button = (/** @type {string} */ words, /** @type {string} */ title, /** @type {() => void} */ onclick) => h("button", { title, "aria-label": /[a-z]/.test(words) ? undefined : title, onclick }, words);
     this.element = h("div", { class: "view", role: "toolbar", "aria-label": "what is shown" },
       this.mode, button("⤢ all", "Show everything (0)", () => pointer.fit()), button("+", "Closer (+)", () => pointer.zoom(1.4)), button("−", "Further (−)", () => pointer.zoom(1 / 1.4)),
-      this.follow, ...this.tools, ...this.layers, this.trails, button("?", "Keys (?)", help));
+      this.follow, ...this.tools, ...this.layers, this.trails, h("button", { id: "help", title: "Keys (?)", "aria-label": "Keys (?)", onclick: help }, "?"));
   }
 
   /**
