@@ -39,19 +39,19 @@ std::vector<hal::ArenaRow>& arena_rows() {
 void ArenaUse::fields(const hal::Section& arena) {
   std::vector<std::string> names;
   for (const hal::ArenaRow& row : arena_rows()) names.push_back(row.name);
-  arena.field("use", use, {.help = "what this lab's arena is", .one_of = names});
+  arena.field("use", use, {.help = "kind of this lab's arena", .one_of = names});
 }
 
 // What of simulated robots would change an experiment, if real ones did not have it.
 static void refuse_what_robots_cannot(const hal::Section& ode) {
   constexpr const char* no_ids =
-      "apply to simulated robots only, and real ones keep their ids (arkmesh assign-ids): remove this key";
+      "apply to simulated robots only; real ones keep their ids (arkmesh assign-ids): remove this key";
   if (!ode.place("ids").empty()) ode.refuse("ids", no_ids);
   for (int i = 0; i < 100; ++i)
     if (!ode.section("group", i).place("ids").empty()) ode.section("group", i).refuse("ids", no_ids);
   if (!ode.place("infrared").empty() && ode.get("infrared", std::string()) != "robot")
     ode.refuse("infrared",
-               "applies to simulated robots only, and real ones follow a robot's rules: remove this key, or set it to "
+               "applies to simulated robots only; real ones follow a robot's rules: remove this key, or set it to "
                "\"robot\"");
 }
 

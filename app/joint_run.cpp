@@ -172,7 +172,7 @@ bool JointRun::step() {
   idle_steps_ = advanced_ || real_time ? 0 : idle_steps_ + 1;
   if (idle_steps_ > 0 && idle_steps_ % look_steps == 0 && !links_up()) idle_steps_ = 0;
   if (idle_steps_ >= deadlock_steps)
-    for (const auto& m : labs_) m->lab.runner().fail("the labs wait for each other and no link is down");
+    for (const auto& m : labs_) m->lab.runner().fail("the labs are waiting for each other although no link is down");
   return going_;
 }
 

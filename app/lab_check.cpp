@@ -18,7 +18,7 @@ void refuse_real_robots(const hal::Config& config) {
   const auto use = arena.read<ArenaUse>().use;
   for (const hal::ArenaRow& row : arena_rows())
     if (row.name == use && row.robots == hal::ArenaRow::Robots::real)
-      arena.refuse("use", "has real robots, which no batch can run; use \"ode\" or \"emulated\"");
+      arena.refuse("use", "has real robots, which a batch cannot run; use \"ode\" or \"emulated\"");
 }
 
 // As the labs themselves would find out when they meet.
@@ -27,8 +27,8 @@ void compare(const std::string& first, const std::map<std::string, std::string, 
   for (const auto& [key, value] : own) {
     const auto other = others.find(key);
     if (other == others.end() || other->second == value) continue;
-    throw hal::ConfigError(fmt::format("{} must be alike in all labs, but {} has {} and {} has {}", key, first, value,
-                                       second, other->second));
+    throw hal::ConfigError(fmt::format("{} must be the same in all labs, but {} has {} and {} has {}", key, first,
+                                       value, second, other->second));
   }
 }
 

@@ -24,7 +24,7 @@ std::vector<hal::Config> read_labs(const LabFiles& labs, std::int64_t seed) {
   for (const std::string& set : own)
     if (const std::string lab = set.substr(0, set.find(':')); std::ranges::find(names, lab) == names.end())
       throw hal::ConfigError(
-          fmt::format("--set {}: there is no lab {} here; the labs are {}", set, lab, fmt::join(names, ", ")));
+          fmt::format("--set {}: there is no lab {}; the labs are {}", set, lab, fmt::join(names, ", ")));
   if (std::none_of(overrides.begin(), overrides.end(),
                    [](const std::string& s) { return s.starts_with("shared.labs="); })) {
     overrides.push_back(fmt::format("shared.labs=[\"{}\"]", fmt::join(names, "\",\"")));

@@ -28,7 +28,7 @@ fs::path folder_of(const fs::path& place, std::optional<std::size_t> index) {
   if (error) throw hal::ConfigError(fmt::format("{} cannot be read: {}", folder.string(), error.message()));
   if (is_batch && !index)
     throw hal::ConfigError(fmt::format("{} is a batch; choose one of its runs with --index", folder.string()));
-  if (!is_batch && index) throw hal::ConfigError(fmt::format("--index: {} is no batch", folder.string()));
+  if (!is_batch && index) throw hal::ConfigError(fmt::format("--index: {} is not a batch", folder.string()));
   return is_batch ? BatchFolder::run_folder(folder, *index) : folder;
 }
 
@@ -57,10 +57,10 @@ RecordedRun::RecordedRun(const fs::path& place, std::optional<std::size_t> index
         fmt::format("the run of {} is unfinished, so there is no result to compare with", folder_.string()));
   if (outcome != hal::Outcome::finished && outcome != hal::Outcome::failed)
     throw hal::ConfigError(fmt::format("the run of {} is {}, so there is no result to compare with", folder_.string(),
-                                       outcome ? result_.text("state") : "of an unknown state"));
+                                       outcome ? result_.text("state") : "in an unknown state"));
   if (result_.text("gate") != "strict")
     throw hal::ConfigError(
-        fmt::format("the run of {} ran in real time, which cannot be repeated exactly", folder_.string()));
+        fmt::format("the run of {} was in real time, and cannot be repeated exactly", folder_.string()));
   find_labs();
 }
 
@@ -79,7 +79,7 @@ void RecordedRun::find_labs() {
                             : lab == own ? folder_
                                          : fs::absolute(folder_ / "").parent_path().parent_path() / lab;
     if (!fs::is_regular_file(folder / "config.toml"))
-      throw hal::ConfigError(fmt::format("there is no {}; a run is repeated from the folders of all of its labs",
+      throw hal::ConfigError(fmt::format("there is no {}; repeating a run needs the folders of all its labs",
                                          (folder / "config.toml").string()));
     lab_folders_.push_back(folder);
     config_files_.push_back((folder / "config.toml").string());
@@ -100,7 +100,8 @@ std::vector<std::string> RecordedRun::changes() const {
                        text_in(object_in(facts, "versions"), "commit", "?").substr(0, 12));
   };
   if (version(result_.content()) != version(now))
-    out.push_back(fmt::format("the run is of arkmesh {}, and this is {}", version(result_.content()), version(now)));
+    out.push_back(
+        fmt::format("the run was made by arkmesh {}, but this is {}", version(result_.content()), version(now)));
   for (std::size_t i = 0; i < lab_folders_.size(); ++i) {
     const hal::ResultFile result(lab_folders_[i]);
     const nlohmann::json& hashes = object_in(result.content(), "hashes");
@@ -112,7 +113,7 @@ std::vector<std::string> RecordedRun::changes() const {
       if (file == files.end())
         out.push_back(fmt::format("{}, which the run used, is missing", name));
       else if (then != lab::file_hash(*file))
-        out.push_back(fmt::format("{} was changed since the run", file->string()));
+        out.push_back(fmt::format("{} has changed since the run", file->string()));
     }
   }
   return out;

@@ -19,15 +19,16 @@ void check_robot_limits(const hal::Section& root, const lab::RunConfig& run, con
     const std::string sentence = fmt::format("only ids up to {} can be addressed one by one, {} of the {} robots",
                                              arena.max_robot, with_id_to(arena.max_robot), arena.robots.size());
     if (scenario.addresses_robots)
-      root.refuse("arena.robots", fmt::format("{}, and scenario {} does that; use at most {} robots", sentence,
-                                              scenario.name, with_id_to(arena.max_robot)));
+      root.refuse("arena.robots", fmt::format("{}, as scenario {} does; use at most {} robots", sentence, scenario.name,
+                                              with_id_to(arena.max_robot)));
     spdlog::warn("{}: {}", run.lab, sentence);
   }
   if (scenario.kinds > arena.kinds || scenario.values > arena.values)
     root.refuse(
         arena.id_bits > 0 ? "arena.kilobot.layout" : "arena.use",
-        fmt::format("has room for kinds to {} and values to {}, and scenario {} says kinds to {} and values to {}",
-                    arena.kinds - 1, arena.values - 1, scenario.name, scenario.kinds - 1, scenario.values - 1));
+        fmt::format(
+            "has room for kinds up to {} and values up to {}, but scenario {} sends kinds up to {} and values up to {}",
+            arena.kinds - 1, arena.values - 1, scenario.name, scenario.kinds - 1, scenario.values - 1));
   if (run.labs.size() == 1) return;
   if (!arena.robots.empty() && arena.robots.back() > lab::max_shared_robot)
     root.refuse("arena.robots", fmt::format("labs can exchange ids up to {} only; use at most {} robots",
@@ -43,7 +44,7 @@ void check_robot_limits(const hal::Section& root, const lab::RunConfig& run, con
   const std::size_t limit = run.max_message_bytes - run.max_message_bytes / 16, none = bytes_with(0),
                     each = bytes_with(1) - none, fit = limit < none ? 0 : (limit - none) / each;
   if (arena.robots.size() > fit)
-    root.refuse("arena.robots", fmt::format("the lab's message to others would be {} bytes long, and at most {} fit "
+    root.refuse("arena.robots", fmt::format("the lab's message to its peers would be {} bytes long, but at most {} fit "
                                             "(gateway.max_message_bytes); use at most {} robots",
                                             bytes_with(arena.robots.size()), limit, fit));
 }

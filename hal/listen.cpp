@@ -22,7 +22,7 @@ void check(const boost::system::error_code& wrong, const std::string& address, s
         port, address, what));
   if (wrong == asio::error::access_denied)
     throw std::runtime_error(
-        fmt::format("TCP port {}, for {}, is not allowed to ordinary users; take one above 1023", port, what));
+        fmt::format("TCP port {}, for {}, is not allowed to ordinary users; use one above 1023", port, what));
   if (wrong)
     throw std::runtime_error(
         fmt::format("cannot listen on {} port {} for {}: {}", address, port, what, wrong.message()));
@@ -35,7 +35,7 @@ tcp::acceptor take_port(EventLoop& loop, const std::string& address, std::uint16
   const auto ip = asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address, wrong);
   if (wrong)
     throw std::runtime_error(
-        fmt::format("'{}' is no address to listen on for {}; give an IP address of this machine, such as 127.0.0.1",
+        fmt::format("'{}' is not an address to listen on for {}; give an IP address of this machine, such as 127.0.0.1",
                     address, what));
   const tcp::endpoint here(ip, port);
   tcp::acceptor out(loop);

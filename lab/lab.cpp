@@ -19,14 +19,14 @@ const std::vector<std::int64_t>& field_of(const LabState& state, std::string_vie
 
 const hal::Projection& Lab::projection(std::string_view lab) const {
   if (const auto it = data_.projections.find(lab); it != data_.projections.end()) return it->second;
-  throw std::out_of_range(fmt::format("the scenario asked for the projection of '{}', which is none of the labs {}",
+  throw std::out_of_range(fmt::format("the scenario asked for the projection of '{}', which is not one of the labs {}",
                                       lab, fmt::join(data_.labs, ", ")));
 }
 
 void Lab::drive(hal::RobotId robot, const hal::SetPoint& wheels) {
   if (!arena().can_be_driven())
     throw std::invalid_argument(fmt::format(
-        "the scenario drives robot {}, and a {} has no wheels that a lab can set; only its own program moves it", robot,
+        "the scenario drives robot {}, but a lab cannot set the wheels of a {}; only its own program moves it", robot,
         arena().make));
   tell(hal::to_robot(robot, wheels), true);
 }
@@ -37,7 +37,7 @@ void Lab::declare(FieldRule rule) {
         fmt::format("the scenario declared field '{}' after begin(); declare all fields in begin()", rule.name));
   if (std::ranges::find(data_.rules, rule.name, &FieldRule::name) != data_.rules.end())
     throw std::invalid_argument(
-        fmt::format("the scenario declared field '{}' twice; give each a name of its own", rule.name));
+        fmt::format("the scenario declared field '{}' twice; give each its own name", rule.name));
   data_.rules.push_back(std::move(rule));
 }
 
@@ -53,8 +53,8 @@ void Lab::row(std::string_view table, std::string_view header, std::string_view 
   if (table == "hash" || table == "audit" || table == "curves" || first->second != header ||
       commas(values) != commas(header))
     throw std::invalid_argument(
-        fmt::format("a row of table '{}' must have the columns of its first row, {}, and one "
-                    "value for each; hash, audit and curves are the lab's own tables",
+        fmt::format("a row of table '{}' must have the columns of its first row, {}, with one value for each; hash, "
+                    "audit and curves are the lab's own tables",
                     table, first->second));
   data_.rows.push_back({std::string(table), std::string(header), std::string(values)});
 }
@@ -63,7 +63,7 @@ void Lab::show(Shown about) {
   constexpr std::size_t most = 256;
   if (!data_.declaring)
     throw std::logic_error(
-        fmt::format("the scenario shows '{}' after begin(); say in begin() what people are told", about.of));
+        fmt::format("the scenario shows '{}' after begin(); declare in begin() what is shown", about.of));
   const std::size_t dot = std::min(about.of.find('.'), about.of.size());
   const std::string kind = about.of.substr(0, dot), name = about.of.substr(std::min(dot + 1, about.of.size()));
   const bool is_known = kind == "colour" ? hal::look_of(hal::colour_named(name)).name == name
@@ -86,10 +86,11 @@ void Lab::show(Shown about) {
 const LabState& Lab::merged(const States& states, std::string_view lab) const {
   if (const auto it = states.find(lab); it != states.end()) return *it->second;
   if (states.empty())
-    throw std::logic_error(fmt::format(
-        "the scenario asked for the state of '{}' before the first merge; states are there from on_period of period 0",
-        lab));
-  throw std::out_of_range(fmt::format("the scenario asked for the state of '{}', which is none of the labs {}", lab,
+    throw std::logic_error(
+        fmt::format("the scenario asked for the state of '{}' before the first merge; states are available from "
+                    "on_period of period 0",
+                    lab));
+  throw std::out_of_range(fmt::format("the scenario asked for the state of '{}', which is not one of the labs {}", lab,
                                       fmt::join(data_.labs, ", ")));
 }
 

@@ -122,7 +122,7 @@ hal::Outcome outcome_of(const Runner& run) {
 
 std::string end_of(const Runner& run) {
   if (run.outcome_code() != lab_status_t::finished || run.recorder().recording()) return run.reason();
-  return fmt::format("all periods were run, but log and tables are not whole: the recording stopped ({})",
+  return fmt::format("all periods were run, but log and tables are incomplete: the recording stopped ({})",
                      run.recorder().stopped_because());
 }
 

@@ -17,32 +17,31 @@ constexpr std::string_view shared_gate_keys[] = {"gate.period_s", "gate.slack", 
 void RunConfig::fields(const hal::Section& root) {
   Participants::fields(root);
   const hal::Section run = root.section("run"), shared = root.section("shared"), gate = root.section("gate");
-  run.field("scenario", scenario, {.help = "what the labs do together", .sample = "\"dhtf\"", .required = true});
+  run.field("scenario", scenario, {.help = "the scenario that all labs run", .sample = "\"dhtf\"", .required = true});
   run.field("seed", seed, {.help = "one for all labs; random streams are named lab/purpose"});
   run.field("duration_s", duration, {.range = {1e-3, 1e7}, .unit = "s", .help = "whole periods"});
   hal::Experiment{scenario}.fields(shared);  // it matters to gateways only
   shared.field("projection", projections);
-  shared.field("absent", absent, {.help = "labs of a file's shared.labs that take no part; `arkmesh run` writes it"});
+  shared.field("absent", absent, {.help = "labs of a file's shared.labs that take no part; written by `arkmesh run`"});
   gate.field("period_s", period, {.range = {0.01, 3600}, .unit = "s", .help = "time between two exchanges"});
   exchange.fields(gate);
-  gate.field("slack", slack, {.range = {0, 8}, .unit = "periods", .help = "how old the states are that are applied"});
+  gate.field("slack", slack, {.range = {0, 8}, .unit = "periods", .help = "age of the states that are applied"});
   enum class Mode { automatic, strict } mode = require_strict ? Mode::strict : Mode::automatic;
   gate.field("mode", mode,
              {.help = "\"strict\" refuses to run with an arena that cannot wait", .one_of = {"auto", "strict"}});
   require_strict = mode == Mode::strict;
   gate.field("on_peer_lost", on_peer_lost,
-             {.help = "what a lab does in free mode when nothing of a peer has counted for 5 s; in strict mode it ends",
+             {.help = "what a lab does in free mode after 5 s without a valid state of a peer; in strict mode it ends",
               .one_of = {"pause", "go_on", "end"}});
   gate.field("patience_s", patience,
              {.range = {0, 1e6},
               .unit = "s",
-              .help = "how long a peer is waited for of which nothing counts, since its first sign of life"});
-  root.section("robots").field(
-      "absent_s", absent_after,
-      {.range = {0.1, 1e6},
-       .unit = "s",
-       .help = "robots seen again after this time get parameters and words again, in arenas that "
-               "run in real time"});
+              .help = "how long a lab waits for a valid state of a peer, from its first sign of life"});
+  root.section("robots").field("absent_s", absent_after,
+                               {.range = {0.1, 1e6},
+                                .unit = "s",
+                                .help = "robots that reappear after this time are sent parameters and messages again, "
+                                        "in arenas that run in real time"});
   safety.fields(root.section("safety"));
   sensors.fields(root.section("sensors"));
 }

@@ -100,17 +100,17 @@ void RunFolder::save_result(const nlohmann::json& result) const {
 void RecorderConfig::fields(const hal::Section& recorder) {
   recorder.field("log", log, {.help = "write log.lcm; tables are always written"});
   recorder.field("compress", compress,
-                 {.help = "write log.lcm.zst in its place, with a zstd frame of each period: 2 to 5 times smaller; "
-                          "lcm-logplayer plays what `zstd -d` makes of it"});
-  recorder.field(
-      "keep_free_mib", keep_free_mib,
-      {.range = {0, 1 << 20}, .unit = "MiB", .help = "recording stops when the disk has less left; the run goes on"});
+                 {.help = "write log.lcm.zst instead, with a zstd frame for each period: 2 to 5 times smaller; `zstd "
+                          "-d` unpacks it for lcm-logplayer"});
+  recorder.field("keep_free_mib", keep_free_mib,
+                 {.range = {0, 1 << 20},
+                  .unit = "MiB",
+                  .help = "recording stops when less disk space is left; the run continues"});
   recorder.field("fast_mb_per_s", fast_mb_per_s,
                  {.range = {1e-3, 1e6},
                   .unit = "MB/s",
-                  .help = "the run says when log.lcm, as it is uncompressed, grows faster, and what makes it grow: in "
-                          "each 10 s of the machine "
-                          "or of lab time, whichever is longer"});
+                  .help = "a warning names the largest channel when log.lcm, uncompressed, grows faster than this over "
+                          "10 s of wall or lab time, whichever is longer"});
 }
 
 hal::Recorder::Options RecorderConfig::options() const {
@@ -141,7 +141,7 @@ void claim_run_folder(const fs::path& directory, bool force) {
       throw hal::ConfigError(fmt::format("{} is not empty; give another folder with --out, or --force to move it aside",
                                          directory.string()));
     if (const fs::path way = fs::current_path(error).lexically_relative(own); !way.empty() && *way.begin() != "..")
-      throw hal::ConfigError(fmt::format("{} is where you are; give another folder with --out", directory.string()));
+      throw hal::ConfigError(fmt::format("{} is the current folder; give another one with --out", directory.string()));
     fs::path aside;
     for (int number = 1; aside.empty() || fs::exists(aside); ++number)
       aside = fmt::format("{}.{}", own.string(), number);

@@ -216,7 +216,7 @@ void Runner::close_period() {
   boundary_ = static_cast<std::uint32_t>(peers_.gate().published() + 1);
   LabState own = own_.at_boundary(boundary_, data_);
   if (const auto refused = peers_.gate().own_refusal(own))
-    return fail(fmt::format("{} breaks its own rules at period {}: {}; correct the scenario or what it declares",
+    return fail(fmt::format("{} breaks its own rules at period {}: {}; correct the scenario or its declarations",
                             config_.lab, boundary_, refused->sentence));
   recorder_.row("hash", "period,hash", fmt::format("{},{:016x}", boundary_, own.hash));
   peers_.publish(std::move(own));
@@ -368,7 +368,7 @@ void Runner::end_robots() {
 // The run's end is told all the same.
 void Runner::lose_arena(std::string_view why) {
   if (!std::exchange(arena_lost_, true))
-    spdlog::warn("the arena of {} failed after the end of the run, so nobody knows whether its robots stand: {}",
+    spdlog::warn("the arena of {} failed after the end of the run, so whether its robots have stopped is unknown: {}",
                  config_.lab, why);
 }
 

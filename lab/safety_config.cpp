@@ -12,22 +12,21 @@ void SafetyConfig::fields(const hal::Section& safety) {
       {.help = "labs whose operators may pause robots here and end the run, and resume while this lab is armed "
                "(arkmesh arm); \"*\": all of shared.labs"});
   safety.field("commands_per_s", commands_per_s,
-               {.range = {0.001, 100}, .unit = "1/s", .help = "times that each of these labs may resume, at most"});
-  safety.field(
-      "pause_after_s", pause_after,
-      {.range = {0, 1e6},
-       .unit = "s",
-       .help = "robots that keep real time pause when no new state of any peer was applied for so long, and for "
-               "two periods; 0: never"});
+               {.range = {0.001, 100}, .unit = "1/s", .help = "how often each of these labs may resume, at most"});
+  safety.field("pause_after_s", pause_after,
+               {.range = {0, 1e6},
+                .unit = "s",
+                .help = "robots in real-time arenas pause after this time, and at least two periods, without a new "
+                        "state of any peer; 0: never"});
   safety.field("hung_s", hung_after,
                {.range = {0, 3600},
                 .unit = "s",
-                .help = "a lab with real robots that gives no sign of life for so long hangs: its guard tells them to "
-                        "stand; 0: never"});
+                .help = "a lab with real robots that gives no sign of life for this time counts as hung, and its guard "
+                        "stops the robots; 0: never"});
   safety.field("missing", missing,
                {.range = {0, 1023},
-                .help = "of robots that should stand so many may never have been seen and named, before a command "
-                        "ends with 4: a share below 1 (then one at least), or a number; never all"});
+                .help = "how many robots may never have been identified when all should have stopped; with more, a "
+                        "command exits with 4: a share below 1 (at least one robot), or a number; never all"});
 }
 
 std::size_t SafetyConfig::may_be_missing(std::size_t robots) const {
@@ -47,9 +46,9 @@ void SafetyConfig::check(const hal::Section& safety, const std::string& lab, con
     std::erase(commands_from, lab);
   }
   for (const std::string& peer : commands_from) {
-    if (peer == lab) safety.refuse("commands_from", "names this lab itself; its own operator may always");
+    if (peer == lab) safety.refuse("commands_from", "names this lab itself; its own operator is always allowed");
     if (std::ranges::find(labs, peer) == labs.end())
-      safety.refuse("commands_from", fmt::format("names '{}', which is not one of shared.labs", peer));
+      safety.refuse("commands_from", fmt::format("names '{}', which is not in shared.labs", peer));
   }
 }
 

@@ -81,7 +81,7 @@ def events(path):
     """Every whole event as (seconds since 1970, channel, bytes). What is damaged is passed over, and said on the standard error, as what is cut."""
     with opened(path) as (data, whole):
         if not is_end(data, 0) and next_event(data, 0, len(data)) is None:
-            raise SystemExit(f"{path} is no LCM log.")
+            raise SystemExit(f"{path} is not an LCM log.")
         at = skipped = places = 0
         while at < len(data):
             size = size_of(data, at)

@@ -49,7 +49,7 @@ class PlanReader {
     if (name == "sweep") return read_sweep(entry);
     if (name == "plot") return read_plot(entry);
     const auto near = hal::near_key(name, known_names);
-    refuse(entry, fmt::format("there is no such part of an experiment; {}",
+    refuse(entry, fmt::format("an experiment has no such part; {}",
                               near ? fmt::format("did you mean '{}'?", *near)
                                    : fmt::format("there are {}", fmt::join(known_names, ", "))));
   }
@@ -57,8 +57,8 @@ class PlanReader {
   // A further override of all runs, from the command line.
   void add(const std::string& set) {
     if (const auto owner = owners_.find(set.substr(0, set.find('='))); owner != owners_.end())
-      throw hal::ConfigError(fmt::format(
-          "--set {}: the experiment gives this key a value of its own in each setting; change its file", set));
+      throw hal::ConfigError(
+          fmt::format("--set {}: the experiment itself varies this key; edit its file instead", set));
     plan_.labs.sets.push_back(set);
   }
 
@@ -132,7 +132,7 @@ class PlanReader {
     Factor& factor = factor_named(key);
     std::set<std::string> seen;
     for (const ConfigEntry::Value& value : sweep_values(entry)) {
-      if (!seen.insert(alike(value)).second) refuse(entry, fmt::format("{} is there twice", value.text));
+      if (!seen.insert(alike(value)).second) refuse(entry, fmt::format("{} is listed twice", value.text));
       factor.levels.push_back({value.text, {override_of(entry, key, value.toml)}});
     }
   }
@@ -160,7 +160,7 @@ class PlanReader {
   void read_plot(const ConfigEntry& entry) {
     if (entry.path.size() != 3) return refuse_unless_empty(entry, "a plot is a table [[plot]] with column and over");
     if (!plot_names.contains(entry.path[2]))
-      refuse(entry, fmt::format("there is no such part of a plot; there are {}", fmt::join(plot_names, ", ")));
+      refuse(entry, fmt::format("a plot has no such part; there are {}", fmt::join(plot_names, ", ")));
     if (!entry.value.is_text) refuse(entry, "must be a text in quotes");
     const std::size_t number = std::stoul(entry.path[1]);
     if (plan_.plots.size() <= number) plan_.plots.resize(number + 1);
@@ -176,7 +176,7 @@ class PlanReader {
   // Two axes of the grid must not set one key.
   void claim(const ConfigEntry& entry, const std::string& key, const std::string& factor) {
     const auto [owner, is_new] = owners_.emplace(key, factor);
-    if (!is_new && owner->second != factor) refuse(entry, fmt::format("{} is set by {} already", key, owner->second));
+    if (!is_new && owner->second != factor) refuse(entry, fmt::format("{} is already set by {}", key, owner->second));
   }
 
   Factor& factor_named(const std::string& name) {
@@ -234,7 +234,7 @@ BatchFile read_batch_file(const std::vector<fs::path>& files, const std::string&
     for (const fs::path& lab : files) {
       if (!is_of_lab(hal::read_entries(lab)))
         throw hal::ConfigError(fmt::format(
-            "{}: has no [lab], so it is no lab's file; give one experiment file, or the files of labs", lab.string()));
+            "{}: has no [lab], so it is not a lab's file; give one experiment file, or the labs' files", lab.string()));
       out.plan.labs.files.push_back(lab.string());
     }
     if (seeds.empty()) throw hal::ConfigError("lab files contain no seeds; add --seeds 1..20");

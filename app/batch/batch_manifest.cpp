@@ -99,9 +99,9 @@ nlohmann::json make_manifest(const BatchFile& batch, const std::vector<std::vect
 }
 
 std::string difference(const nlohmann::json& begun, const nlohmann::json& now, bool only_plan) {
-  if (!begun.is_object() || !begun.contains("experiment")) return "it holds no manifest of a batch";
+  if (!begun.is_object() || !begun.contains("experiment")) return "it contains no batch manifest";
   if (!only_plan && version_of(begun) != version_of(now))
-    return fmt::format("it was started with {}, and this is {}", version_of(begun), version_of(now));
+    return fmt::format("it was started with {}, but this is {}", version_of(begun), version_of(now));
   const nlohmann::json none = nlohmann::json::object();
   // which part of the plan first, since that says more than that a file differs
   for (const auto& [key, name] :
@@ -112,7 +112,7 @@ std::string difference(const nlohmann::json& begun, const nlohmann::json& now, b
     if (begun.value(key, none) != now.value(key, none)) return fmt::format("it was started with {}", name);
   if (only_plan) return {};
   if (const std::string file = changed_input(object_in(begun, "inputs"), object_in(now, "inputs")); !file.empty())
-    return fmt::format("{} was changed since it was started", file);
+    return fmt::format("{} has changed since it was started", file);
   return {};
 }
 

@@ -20,10 +20,10 @@ std::optional<T> number(std::string_view text) {
 }
 
 [[noreturn]] void refuse_range(const std::string& text) {
-  throw std::invalid_argument(fmt::format(
-      "\"{:.60}\" must be a range FIRST..LAST, or FIRST..LAST step STEP with a STEP above 0, of numbers of 64 "
-      "bits, for example \"0..1 step 0.25\"",
-      text));
+  throw std::invalid_argument(
+      fmt::format("\"{:.60}\" must be a range FIRST..LAST, or FIRST..LAST step STEP with a STEP above 0, of 64-bit "
+                  "numbers, for example \"0..1 step 0.25\"",
+                  text));
 }
 
 [[noreturn]] void refuse_length(const std::string& text) {
@@ -80,7 +80,7 @@ std::vector<std::int64_t> seeds_of(const std::vector<std::string>& parts) {
       if (!seed || *seed < 0)
         throw std::invalid_argument(fmt::format("seed {:.60} must be a whole number from 0 to 2^63-1", one));
       if (!seen.insert(*seed).second)
-        throw std::invalid_argument(fmt::format("seed {} is there twice; ranges of seeds must not overlap", *seed));
+        throw std::invalid_argument(fmt::format("seed {} is listed twice; seed ranges must not overlap", *seed));
       seeds.push_back(*seed);
     }
   if (seeds.empty()) throw std::invalid_argument("there must be at least one seed");

@@ -31,8 +31,7 @@ BatchResults::BatchResults(const BatchPlan& plan, const std::filesystem::path& d
   columns_ = columns_of(rows_, false);
   for (const Factor& factor : plan.factors)
     if (std::ranges::find(columns_, factor.name) != columns_.end())
-      throw hal::ConfigError(
-          fmt::format("runs count {0}, and a factor is called {0}, too: name one otherwise", factor.name));
+      throw hal::ConfigError(fmt::format("{0} is the name of both a count and a factor; rename one", factor.name));
   const std::vector<std::string> counts = columns_of(rows_, true);
   for (const std::string& column : columns_) {
     // what a lab counted bears its name
@@ -49,7 +48,7 @@ void BatchResults::check_plots() const {
     if (known.contains(plot.column) || is_measured(plot.column)) continue;
     const auto near = hal::near_key(plot.column, known);
     throw hal::ConfigError(fmt::format(
-        "[[plot]] column = \"{}\": no run so far has this column{}; what may stay 0 is counted with 0 at the beginning",
+        "[[plot]] column = \"{}\": no run so far has this column{}; if the count may stay 0, count 0 at the beginning",
         plot.column,
         near ? fmt::format("; did you mean {}?", *near) : fmt::format("; there are {}", fmt::join(results_, ", "))));
   }

@@ -65,7 +65,7 @@ class ChildStop final : public hal::StopRequest {
 
 // SIGKILL comes from outside, mostly of a machine without memory: the run itself is not at fault.
 std::string death_of(const hal::ChildProcess::End& end) {
-  if (end.signal == SIGKILL) return "its process was killed, perhaps because memory ran out: try fewer --jobs";
+  if (end.signal == SIGKILL) return "its process was killed, perhaps because memory ran out; try fewer --jobs";
   if (end.signal != 0)
     return fmt::format("its process was ended by signal {} ({})", end.signal, ::strsignal(end.signal));
   return fmt::format("its process ended with exit code {} and no result", end.code);

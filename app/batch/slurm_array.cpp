@@ -112,7 +112,7 @@ std::string run_on_slurm(const Batch& batch, const SlurmRequest& wanted, hal::St
   if (open.empty()) return {};
   const bool is_new = job.empty();
   if (is_new) job = submit(batch, wanted, open, folder);
-  line.say(fmt::format("job {} {}", job, is_new ? "is submitted" : "is under way"));
+  line.say(fmt::format("job {} {}", job, is_new ? "is submitted" : "is running"));
   BatchProgress progress(line, batch.plan().runs(), open.size());
   for (auto asked = std::chrono::steady_clock::now(); !stop.stopped(); std::this_thread::sleep_for(100ms)) {
     if (std::chrono::steady_clock::now() - asked < ask_every) continue;
@@ -122,7 +122,7 @@ std::string run_on_slurm(const Batch& batch, const SlurmRequest& wanted, hal::St
     progress.show(under_way ? 1 : 0);
     if (under_way) continue;
     line.done();
-    return batch.open_runs(false).empty() ? "" : fmt::format("job {} is over", job);
+    return batch.open_runs(false).empty() ? "" : fmt::format("job {} has ended", job);
   }
   line.say(fmt::format("job {} continues; repeat the command to wait for it, or end it with scancel {}", job, job));
   return "stopped";

@@ -36,7 +36,7 @@ Finding usable(const std::string& kind, const fs::path& device) {
   struct stat about {};
   const ::group* owner = ::stat(device.c_str(), &about) == 0 ? ::getgrgid(about.st_gid) : nullptr;
   const std::string group = owner ? owner->gr_name : "that it belongs to";
-  finding.problem = fmt::format("you may not open it: you are not in the group {}", group);
+  finding.problem = fmt::format("no permission: you are not in the group {}", group);
   finding.remedy = fmt::format("sudo usermod -aG {} $USER, then log in again", group);
   return finding;
 }

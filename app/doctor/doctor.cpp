@@ -103,7 +103,7 @@ Finding spy() {
   if (java.empty())
     finding.problem = "the program java is missing: lcm-spy needs it";
   else if (!fs::exists(home / "lib/libawt_xawt.so") && !fs::exists(home / "lib/amd64/libawt_xawt.so"))
-    finding.problem = "the Java that is installed has no screen (headless), and lcm-spy opens windows";
+    finding.problem = "the installed Java is headless, but lcm-spy opens windows";
   else
     for (const char* jar : {"/usr/share/java/lcm.jar", "/usr/share/java/jchart2d.jar"})
       if (!fs::exists(jar)) finding.problem = fmt::format("{} is missing: lcm-spy needs it", jar);
@@ -180,14 +180,14 @@ Finding listening(const std::string& where, bool gateway_is_running) {
   }
   finding.problem = errno == EADDRINUSE ? fmt::format("port {} is taken by another program", there.port())
                                         : fmt::format("cannot listen there: {}", std::strerror(errno));
-  finding.remedy = fmt::format("see who has it with: ss -ltnp 'sport = :{}'; or choose another port in gateway.listen",
-                               there.port());
+  finding.remedy =
+      fmt::format("list its user with: ss -ltnp 'sport = :{}'; or choose another port in gateway.listen", there.port());
   return finding;
 }
 
 // Which of the other labs will not obey when this lab's operator stops all.
 Finding stop_of_all(const hal::Participants& shared, const Heard& heard, const hal::Section& gateway) {
-  Finding finding{"STOP of all labs", "", "docs/security.md, Operators of other labs, says what each file needs"};
+  Finding finding{"STOP of all labs", "", "docs/security.md, Operators of other labs, explains what each file needs"};
   const auto problem = [&](const std::string& text) {
     finding.problem += (finding.problem.empty() ? "" : "; ") + text;
   };
@@ -205,7 +205,7 @@ Finding stop_of_all(const hal::Participants& shared, const Heard& heard, const h
       problem(lab::not_reached(lab));
   }
   if (!unknown.empty())
-    finding.what += fmt::format(" (not heard, so it is not known of: {})", fmt::join(unknown, ", "));
+    finding.what += fmt::format(" (unknown for labs that are not heard: {})", fmt::join(unknown, ", "));
   return finding;
 }
 
@@ -221,7 +221,7 @@ hal::Finding multicast() {
   if (!in || !out || ::bind(in.get(), reinterpret_cast<sockaddr*>(&any), sizeof any) != 0 ||
       ::getsockname(in.get(), reinterpret_cast<sockaddr*>(&any), &length) != 0) {
     finding.problem = "no UDP socket can be opened";
-    finding.remedy = "look at the limits of open files (ulimit -n) and at the sandbox that this runs in";
+    finding.remedy = "check the limit on open files (ulimit -n) and the sandbox, if this runs in one";
     return finding;
   }
   ip_mreq membership{};
@@ -270,7 +270,7 @@ std::vector<hal::Finding> lab_ports(const hal::Section& root, bool multicast_wor
       heard = listen_on(bus);
       for (const auto& other : heard.labs)
         if (other != lab) finding.problem += (finding.problem.empty() ? "" : ", ") + other;
-      if (!finding.problem.empty()) finding.problem += fmt::format(": talking on {} as well", url);
+      if (!finding.problem.empty()) finding.problem += fmt::format(": also on {}", url);
     } catch (const std::exception& error) {
       finding.problem = error.what();
     }

@@ -39,9 +39,10 @@ std::vector<std::string> trusted_labs(const WatchedFederation& federation, const
   for (const gateway::Certificate& each : listing.trusted) labs.push_back(each.lab);
   std::ranges::sort(labs);
   if (labs.empty())
-    throw hal::ConfigError(fmt::format(
-        "{} trusts no lab, so there is nothing to show; get the labs' certificates and run arkmesh keys trust LAB.crt",
-        federation.keys.path().string()));
+    throw hal::ConfigError(
+        fmt::format("{} trusts no lab, so there is nothing to show; obtain the labs' certificates and run arkmesh keys "
+                    "trust LAB.crt",
+                    federation.keys.path().string()));
   return labs;
 }
 
@@ -74,7 +75,8 @@ void FederationView::command(const nlohmann::json&, view::Answer& answer) {
 }
 
 void FederationView::request(const nlohmann::json& what, view::Answer& answer) {
-  if (!what.contains("series")) return answer.refuse("These labs are running; their past is in their run folders.");
+  if (!what.contains("series"))
+    return answer.refuse("These labs are running; earlier moments are in their run folders.");
   nlohmann::json all = nlohmann::json::array();
   for (const std::string& lab : labs_)
     for (auto& row : feeds_.at(lab).history().series(lab)) all.push_back(std::move(row));

@@ -210,7 +210,7 @@ LiveView::LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::S
     if (!is_elsewhere(lab) || !hal::read_message(bytes, status).empty()) return;
     const bool obeys = lab::obeys(status, own);
     if (std::exchange(obeys_.try_emplace(lab, true).first->second, obeys) == obeys) return;
-    eyes_.front()->tell(obeys ? fmt::format("{} obeys the operator of {} now", lab, own)
+    eyes_.front()->tell(obeys ? fmt::format("{} now accepts commands from {}'s operator", lab, own)
                               : "STOP of all labs does not reach every lab: " + lab::not_obeyed(lab, own));
   });
 }
@@ -275,7 +275,7 @@ void LiveView::tell_others(std::string_view word) {
                                       {"bus.url=" + json(own.bus_config().url).dump(),
                                        "gateway.keys=" + json(own.gateway().keys.string()).dump()}));
     } catch (const std::runtime_error& error) {
-      eyes_.front()->tell(fmt::format("{} is not told: {}", lab, error.what()));
+      eyes_.front()->tell(fmt::format("not sent to {}: {}", lab, error.what()));
     }
   }
 }
@@ -345,9 +345,9 @@ std::string LiveView::perform(const json& what, std::uint8_t command) {
     tell_others(what["name"].get<std::string>());
   for (std::size_t i = 0; i < labs_.size(); ++i) {
     if (what.contains("lab") && lab_of(what) != i) continue;
-    const std::string why = labs_[i]->has_run() ? labs_[i]->runner().perform(command) : "the lab has not begun yet";
+    const std::string why = labs_[i]->has_run() ? labs_[i]->runner().perform(command) : "the lab has not started yet";
     eyes_[i]->tell(
-        fmt::format("at the page: {}{}", what["name"].get<std::string>(), why.empty() ? "" : ", refused: " + why));
+        fmt::format("on the page: {}{}", what["name"].get<std::string>(), why.empty() ? "" : ", refused: " + why));
     if (!why.empty()) refused += (refused.empty() ? "" : "; ") + labs_[i]->name() + ": " + why;
   }
   return refused;

@@ -203,7 +203,7 @@ void SwarmView::command(const json& what, view::Answer& answer) {
 }
 
 void SwarmView::request(const json& what, view::Answer& answer) {
-  if (!what.contains("series")) return answer.refuse("This swarm is running; its past is not kept.");
+  if (!what.contains("series")) return answer.refuse("This swarm is running; earlier moments are not recorded.");
   if (!answer.done({{"series", json::array()}})) answer.refuse("the answer cannot be sent now; try again later");
 }
 

@@ -49,7 +49,7 @@ testbed::KilobotSettings settings_of(const TestbedRecord& record) {
   std::string list;
   const std::vector<testbed::CameraSettings> named = cameras(config_of(record.run));
   if (named.empty() || named.size() > 4)
-    throw std::runtime_error(fmt::format("{} names {} cameras: it is of no testbed's run",
+    throw std::runtime_error(fmt::format("{} names {} cameras, so it is not from a testbed's run",
                                          (record.run / "config.toml").string(), named.size()));
   for (std::size_t i = 0; i < named.size(); ++i) {
     const std::string calibration = fs::absolute(record.raw / testbed::calibration_file_of(i)).string();
@@ -70,8 +70,7 @@ class RecordedPoses {
         arena_(hal::make_log_arena(config_.root().section("arena"), "replay", {}, hal::LabTime{0})) {}
   // That frame; nothing when the log holds none of that number.
   std::optional<hal::PoseFrame> at(const testbed::FrameLine& taken) {
-    if (taken.stamp < arena_->clock().now())
-      throw std::runtime_error("the record's frames are not in the order of their times");
+    if (taken.stamp < arena_->clock().now()) throw std::runtime_error("the record's frames are not in order of time");
     arena_->advance_to(taken.stamp);
     if (auto newer = arena_->poses().latest()) frame_ = std::move(newer);
     return frame_ && frame_->number == taken.number ? frame_ : std::nullopt;
@@ -93,7 +92,7 @@ class Comparison {
     if (again)
       difference = compare_robots(lab, *again);
     else
-      difference = "the pictures give no poses";
+      difference = "no poses could be computed from the pictures";
     if (difference.empty()) return;
     if (out.different++ == 0)
       out.first_difference = fmt::format("frame {} ({:.1f} s): {}", lab.number,
@@ -117,10 +116,10 @@ class Comparison {
     for (const hal::Observation& was : lab.robots) {
       for (; seen != end && seen->robot < was.robot; ++seen)
         if (!is_left_out(*seen) && difference.empty())
-          difference = fmt::format("the lab did not see robot {}, the pictures show it", seen->robot);
+          difference = fmt::format("the lab did not see robot {}, but the pictures show it", seen->robot);
       if (seen == end || seen->robot != was.robot) {
         if (difference.empty())
-          difference = fmt::format("the lab saw robot {}, the pictures do not show it", was.robot);
+          difference = fmt::format("the lab saw robot {}, but the pictures do not show it", was.robot);
         continue;
       }
       const std::string one = compare(was, *seen++);
@@ -128,7 +127,7 @@ class Comparison {
     }
     for (; seen != end; ++seen)
       if (!is_left_out(*seen) && difference.empty())
-        difference = fmt::format("the lab did not see robot {}, the pictures show it", seen->robot);
+        difference = fmt::format("the lab did not see robot {}, but the pictures show it", seen->robot);
     return difference;
   }
 
@@ -161,7 +160,7 @@ TestbedRecord find_testbed_record(const fs::path& folder) {
   out.raw = holds(folder / "raw", testbed::serial_file) ? folder / "raw" : folder;
   if (!holds(out.raw, testbed::serial_file))
     throw std::runtime_error(
-        fmt::format("{} is no record of a testbed: it holds neither raw/{} nor {}; `arkmesh testbed record` makes one",
+        fmt::format("{} is not a testbed record: it holds neither raw/{} nor {}; `arkmesh testbed record` makes one",
                     folder.string(), testbed::serial_file, testbed::serial_file));
   if (out.raw != folder && holds(folder, "config.toml") && fs::is_regular_file(hal::log_in(folder), error))
     out.run = folder;
@@ -201,7 +200,7 @@ void replay_words(const TestbedRecord& record, hal::StopRequest& stop,
 PoseComparison compare_poses(const TestbedRecord& record, hal::StopRequest& stop) {
   if (record.run.empty()) {
     PoseComparison none;
-    none.not_compared = "the record is of no lab's run, so there are no poses to compare";
+    none.not_compared = "the record does not come from a lab's run, so there are no poses to compare";
     return none;
   }
   const testbed::KilobotSettings settings = settings_of(record);

@@ -14,9 +14,9 @@ void ArenaSides::fields(const Section& arena) {
 
 void ArenaConfig::fields(const Section& arena) {
   ArenaSides::fields(arena);
-  arena.field("robots", robots, {{0, 100'000}, "", "how many; simulated ones have the ids from 0"});
+  arena.field("robots", robots, {{0, 100'000}, "", "number of robots; simulated ones have ids from 0"});
   arena.field("frame_period_s", frame_period, {{1e-6, 60}, "s", "time between two pose frames"});
-  arena.field("pace", pace, {{0, 1}, "", "0 as fast as asked, can wait; 1 keeps real time, cannot wait"});
+  arena.field("pace", pace, {{0, 1}, "", "0: as fast as asked, can wait; 1: real time, cannot wait"});
 }
 
 ArenaConfig read_arena_config(const Section& arena, double body_radius_m) {
@@ -27,7 +27,7 @@ ArenaConfig read_arena_config(const Section& arena, double body_radius_m) {
              rows = static_cast<std::int64_t>(out.height_m / cell_m);
   if (out.robots > columns * rows)
     arena.refuse("robots",
-                 fmt::format("too many for an arena of {} m x {} m, which holds {}; make it larger or take fewer",
+                 fmt::format("too many for an arena of {} m x {} m, which holds {}; make it larger or use fewer",
                              out.width_m, out.height_m, columns * rows));
   return out;
 }

@@ -197,7 +197,7 @@ class LogArena final : public Arena {
       ahead_ = reader_.next();
     }
     if (!ahead_ && newest_ < last_ && newest_ < t)
-      throw std::runtime_error(fmt::format("the log {} was changed while it was replayed", file_.string()));
+      throw std::runtime_error(fmt::format("the log {} changed during the replay", file_.string()));
     clock_.set(t);
     return true;
   }
@@ -258,12 +258,12 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
     refuse(error.what());
   }
   if (!found.left_out.empty())
-    spdlog::warn("the log {} is cut or damaged: {} left out, and its poses are used up to {}", file.string(),
+    spdlog::warn("the log {} is cut or damaged: {} skipped, and its poses are used up to {}", file.string(),
                  found.left_out, seconds(found.last_stamp));
   if (found.frames == 0 && found.other_type != 0)
     refuse(
-        fmt::format("the log is of another version of arkmesh: its poses are of type {:016x}, those of arkmesh {} of "
-                    "type {:016x}; replay it with the version that recorded it",
+        fmt::format("the log is from another version of arkmesh: its poses have type {:016x}, those of arkmesh {} type "
+                    "{:016x}; replay it with the version that recorded it",
                     found.other_type, ARKMESH_VERSION, layout::type_for<pose_frame_t>().fingerprint));
   if (found.frames == 0) refuse("the log holds no poses");
   if (found.first_number != 0 || found.first_stamp != LabTime{0})
@@ -271,7 +271,7 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
                        found.first_number, seconds(found.first_stamp)));
   if (!found.even) refuse("the log's frames are not stamped number times frame period");
   if (found.last_stamp < run_length)
-    refuse(fmt::format("the log ends at {}, but the run needs {}; shorten the run or take a longer log",
+    refuse(fmt::format("the log ends at {}, but the run needs {}; shorten the run or use a longer log",
                        seconds(found.last_stamp), seconds(run_length)));
 
   // the log's robots and frame period are in force, whatever the keys for other arenas say

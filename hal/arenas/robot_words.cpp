@@ -26,7 +26,7 @@ std::string in_words(std::span<const NotStanding> robots) {
   static constexpr std::pair<Why, const char*> reasons[] = {{Why::moving, "moving"},
                                                             {Why::not_in_sight, "not in sight"},
                                                             {Why::not_named, "never identified"},
-                                                            {Why::not_told, "not told yet"},
+                                                            {Why::not_told, "not sent yet"},
                                                             {Why::not_yet, "still watched"}};
   std::string out;
   for (const auto& [why, words] : reasons) {

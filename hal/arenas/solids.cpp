@@ -67,12 +67,12 @@ struct PlacedShape {
     s.field("shape", kind,
             {.help = "disc: radius_m; box: length_m, width_m; wall: the same, thin; polygon: corners",
              .one_of = {"disc", "box", "polygon", "wall"}});
-    s.field("x_m", x_m, {{-100, 100}, "m", "of its centre; of a polygon the point from which corners are counted"});
+    s.field("x_m", x_m, {{-100, 100}, "m", "of its centre; for a polygon, of the origin of its corners"});
     s.field("y_m", y_m, {{-100, 100}, "m", "the same, along y"});
     s.field("heading_deg", heading_deg, {{-360, 360}, "deg", "from +x, counter-clockwise"});
     s.field("radius_m", radius_m, {{0, 50}, "m", "of a disc"});
     s.field("length_m", length_m, {{0, 100}, "m", "of a box or a wall, along its heading"});
-    s.field("width_m", width_m, {{0, 100}, "m", "of a box, across; of a wall 0.01 unless given"});
+    s.field("width_m", width_m, {{0, 100}, "m", "of a box, across; 0.01 for a wall unless given"});
     s.field("corners", corners, {{-100, 100}, "m", "x, y of each corner of a polygon, in its own frame"});
   }
 
@@ -103,10 +103,11 @@ struct ObjectConfig : PlacedShape {
   double mass_kg = 0.05, friction = 0.1;
 
   void fields(const Section& s) {
-    s.field("name", name, {.help = "what scenarios and tables call it", .sample = "\"puck\"", .required = true});
+    s.field("name", name, {.help = "its name in scenarios and tables", .sample = "\"puck\"", .required = true});
     PlacedShape::fields(s);
-    s.field("mass_kg", mass_kg, {{0.001, 100}, "kg", "all of it, evenly spread"});
-    s.field("friction", friction, {{0, 10}, "", "Coulomb's, with the table; with robots arena.ode.friction"});
+    s.field("mass_kg", mass_kg, {{0.001, 100}, "kg", "total mass, evenly distributed"});
+    s.field("friction", friction,
+            {{0, 10}, "", "Coulomb friction with the table; with robots, arena.ode.friction applies"});
   }
 };
 
@@ -146,10 +147,10 @@ std::vector<Point> rim_of(const Section& arena, const SolidLists& said) {
                                             sides.width_m, sides.height_m));
     return corners;
   }
-  if (!said.corners.empty()) arena.refuse("corners", "belong to shape = \"polygon\"; remove them, or say so");
+  if (!said.corners.empty()) arena.refuse("corners", "belong to shape = \"polygon\"; remove them, or set that shape");
   std::vector<Point> out;
   if (said.shape == SolidLists::ArenaShape::rectangle) return out;
-  if (sides.width_m != sides.height_m) arena.refuse("shape", "needs width_m and height_m alike");
+  if (sides.width_m != sides.height_m) arena.refuse("shape", "needs equal width_m and height_m");
   for (int i = 0; i < round_sides; ++i) {
     const double turn = 2 * std::numbers::pi * i / round_sides;
     out.push_back({sides.width_m / 2 * fixed::cos(turn), sides.width_m / 2 * fixed::sin(turn)});
@@ -186,7 +187,7 @@ Solids read_solids(const Section& arena) {
     const ObjectConfig& one = lists.objects[i];
     if (!is_object_name(one.name) || !names.insert(one.name).second)
       arena.section("objects", static_cast<int>(i))
-          .refuse("name", "must be another one for each object: a letter, then letters, digits, '_' and '-'");
+          .refuse("name", "must be unique for each object: a letter, then letters, digits, '_' and '-'");
     out.objects.push_back({one.name, one.shape, one.pose, one.mass_kg, one.friction});
   }
   return out;

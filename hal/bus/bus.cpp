@@ -197,7 +197,7 @@ struct Bus::State {
     }
     if (std::cmp_less(receiver->buffer_bytes(), parts.receive_buffer_bytes))
       spdlog::warn(
-          "bus {}: its receive buffer has {} bytes only, so bursts may be lost; as root: sysctl -w "
+          "bus {}: its receive buffer has only {} bytes, so bursts may be lost; as root: sysctl -w "
           "net.core.rmem_max={}",
           url, receiver->buffer_bytes(), parts.receive_buffer_bytes);
     for (int attempt = 0; attempt < 100; ++attempt) {
@@ -242,7 +242,7 @@ std::unique_ptr<Bus::Subscription> Bus::subscribe(const std::string& channel_pat
   const std::shared_ptr<GRegex> regex(
       g_regex_new(("^" + pattern + "$").c_str(), GRegexCompileFlags{}, GRegexMatchFlags{}, nullptr),
       [](GRegex* r) { r ? g_regex_unref(r) : void(); });
-  if (!regex) throw std::runtime_error(fmt::format("'{}' is no channel pattern", channel_pattern));
+  if (!regex) throw std::runtime_error(fmt::format("'{}' is not a channel pattern", channel_pattern));
 
   auto node = std::make_shared<State::Node>();
   node->bus = state_.get();

@@ -34,23 +34,22 @@ std::vector<std::string> loss_words(const Counters& counters, const std::string&
   const std::uint64_t sent = count("infrared.sent"), deaf = count("infrared.pairs.deaf");
   const bool refused =
       say_most(count("infrared.refused.crc"), sent, "infrared messages refused",
-               "their checksum does not match their content; a robot refuses them, ARGoS does not check");
+               "their checksum does not match their content; robots refuse them, ARGoS does not check");
   if (!say_most(count("infrared.refused.type"), sent, "infrared messages kept from programs",
                 "types above 127 belong to robots' firmware; ARGoS passes them on") &&
       !refused && deaf > 0)
     out.push_back(fmt::format("{} of {} pairs in reach heard nothing of each other for a minute or longer: {}", deaf,
                               count("infrared.pairs.in_reach"),
                               count("infrared.lost.crowded") > 0
-                                  ? "by ARGoS's rules a robot hears four messages in a tick, those of the first robots"
+                                  ? "by ARGoS's rules a robot hears four messages per tick, those of the first robots"
                                   : "usually two senders that do not hear each other collide, or the overhead "
                                     "controller sends all the time"));
   const std::uint64_t bad = count("overhead.refused.crc") + count("overhead.distorted");
   say_most(bad, bad + count("overhead.heard"), "overhead messages refused",
            "copies are distorted or their checksum is wrong; packets that follow each other within 50 ms distort them");
   const std::uint64_t offered = counters["to_robots.offered"], replaced = counters["to_robots.replaced"];
-  say_most(
-      counters["to_robots.refused"], offered, "words to robots refused",
-      "ids, kinds, values or types that the layout of words has no room for; to_robots.refused counts them by reason");
+  say_most(counters["to_robots.refused"], offered, "words to robots refused",
+           "ids, kinds, values or types that do not fit the message layout; to_robots.refused counts them by reason");
   if (replaced * 4 > offered)
     out.push_back(
         fmt::format("{} of {} words to robots replaced by newer ones before they were sent: they need {:.0f} % of the "

@@ -12,9 +12,10 @@ namespace arkmesh::hal {
 void Participants::fields(const Section& root) {
   root.section("lab").field("name", lab, {.help = "1 to 15 of a-z 0-9 _ -", .sample = "\"lab\"", .required = true});
   const Section shared = root.section("shared");
-  shared.field("labs", labs, {.help = "who takes part", .default_is = "this lab"});
-  shared.field("owner", owner,
-               {.help = "who decides what is shared (in DHTF: sites, types, activity)", .default_is = "the first lab"});
+  shared.field("labs", labs, {.help = "the labs that take part", .default_is = "this lab"});
+  shared.field(
+      "owner", owner,
+      {.help = "the lab that decides shared state (in DHTF: sites, types, activity)", .default_is = "the first lab"});
 }
 
 void Participants::check(const Section& root) {
@@ -23,7 +24,7 @@ void Participants::check(const Section& root) {
   std::ranges::sort(labs);
   for (const std::string& name : labs)
     if (!is_lab_name(name))
-      root.refuse("shared.labs", fmt::format("'{}' is no lab name: 1 to 15 of the characters a-z 0-9 _ -", name));
+      root.refuse("shared.labs", fmt::format("'{}' is not a lab name: 1 to 15 of the characters a-z 0-9 _ -", name));
   if (std::ranges::adjacent_find(labs) != labs.end()) root.refuse("shared.labs", "names a lab twice");
   if (labs.size() > max_labs) root.refuse("shared.labs", fmt::format("names more than {} labs", max_labs));
   if (!std::ranges::binary_search(labs, lab))

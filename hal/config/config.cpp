@@ -205,7 +205,7 @@ void Section::value(std::string_view key, Member member, const Field& about) con
     if (paths && said->is_string() && (*paths)->front().empty()) (*paths)->clear();
     if (paths)
       for (fs::path& each : **paths) {
-        if (each.empty()) refuse(key, "must hold no empty path");
+        if (each.empty()) refuse(key, "must not contain an empty path");
         each = resolved(each, place);
       }
     check_value(key, member, about);
@@ -247,7 +247,7 @@ void Section::check_value(std::string_view key, const Member& member, const Fiel
 void Section::seconds(std::string_view key, std::chrono::microseconds& member, const Field& about) const {
   double seconds = static_cast<double>(member.count()) / 1e6;
   value(key, &seconds, about);
-  if (std::abs(seconds * 1e6 - std::round(seconds * 1e6)) > 1e-3) refuse(key, "must be whole microseconds");
+  if (std::abs(seconds * 1e6 - std::round(seconds * 1e6)) > 1e-3) refuse(key, "must be a whole number of microseconds");
   member = std::chrono::microseconds(std::llround(seconds * 1e6));
 }
 
@@ -288,7 +288,7 @@ Config Config::from_file(const fs::path& file, const std::vector<std::string>& o
   Config config(file, nullptr, overrides);
   if (const toml::table& tree = config.state_->tree; tree.contains("labs") && !tree.contains("lab"))
     throw ConfigError(
-        fmt::format("{} is an experiment: arkmesh batch runs it; else give one of its labs' files", file.string()));
+        fmt::format("{} is an experiment; run it with arkmesh batch, or give one of its labs' files", file.string()));
   return config;
 }
 

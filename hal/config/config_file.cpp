@@ -54,7 +54,7 @@ toml::table parse(std::string_view text, const std::string& source) {
   } catch (const toml::parse_error& error) {
     if (const std::string end = fs::path(source).extension();
         !source.starts_with(override_mark) && !end.empty() && end != ".toml")
-      fail(source, "is not a configuration (.toml); give that of a lab, such as shark.toml");
+      fail(source, "is not a configuration file (.toml); give a lab's, such as shark.toml");
     fail(to_text(error.source()), fmt::format("not valid TOML: {}", error.description()));
   } catch (const BrokenAssumption&) {
     fail(source, "not valid TOML; look for stray characters in [table] headers and keys");
@@ -72,7 +72,7 @@ std::string read_file(const fs::path& file, const std::string& place) {
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (in.bad() || !in.is_open()) refuse("cannot be read; check its permissions");
   text.resize(static_cast<std::size_t>(in.gcount()));
-  if (text.size() > max_file_bytes) refuse("is larger than 1 MiB; is it a configuration?");
+  if (text.size() > max_file_bytes) refuse("is larger than 1 MiB; is it a configuration file?");
   return text;
 }
 
@@ -134,7 +134,7 @@ void apply_override(toml::table& tree, const std::string& text) {
   if (equals == std::string::npos) fail(source, "must look like key=value, for example arena.robots=48");
   const std::string lab = toml::at_path(tree, "lab.name").value_or(std::string());
   if (colon < equals && text.substr(0, colon) != lab)
-    fail(source, fmt::format("is for lab {}, but this file is of lab '{}'", text.substr(0, colon), lab));
+    fail(source, fmt::format("is for lab {}, but this file belongs to lab '{}'", text.substr(0, colon), lab));
   const std::string key = text.substr(colon < equals ? colon + 1 : 0, equals - (colon < equals ? colon + 1 : 0));
   std::string written = text.substr(equals + 1);
   written.erase(0, written.find_first_not_of(" \t"));

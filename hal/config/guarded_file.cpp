@@ -35,16 +35,18 @@ std::optional<std::string> read_guarded(const fs::path& file, bool is_secret) {
     throw ConfigError(fmt::format("{} cannot be read: {}", file.string(), std::strerror(errno)));
   if (!S_ISREG(facts.st_mode)) throw ConfigError(fmt::format("{} is not a file", file.string()));
   if (is_secret && facts.st_uid != ::geteuid())
-    throw ConfigError(fmt::format("{} belongs to another user; a lab's key must be its own user's", file.string()));
+    throw ConfigError(
+        fmt::format("{} belongs to another user; a lab's key must belong to the user who runs it", file.string()));
   if (is_secret && (facts.st_mode & 077) != 0)
     throw ConfigError(fmt::format(
-        "{} can be read or changed by other users (mode {:04o}); if it is sure that nobody has: chmod 600 {}",
+        "{} can be read or changed by other users (mode {:04o}); if you are sure that nobody did: chmod 600 {}",
         file.string(), facts.st_mode & 07777, file.string()));
   std::string text(max_guarded_bytes + 1, '\0');
   const ssize_t size = ::read(handle.get(), text.data(), text.size());
   if (size < 0) throw ConfigError(fmt::format("{} cannot be read: {}", file.string(), std::strerror(errno)));
   if (static_cast<std::size_t>(size) > max_guarded_bytes)
-    throw ConfigError(fmt::format("{} is longer than {} bytes; no certificate is", file.string(), max_guarded_bytes));
+    throw ConfigError(
+        fmt::format("{} is longer than {} bytes, too long for a certificate", file.string(), max_guarded_bytes));
   text.resize(static_cast<std::size_t>(size));
   return text;
 }

@@ -79,7 +79,7 @@ std::string watch_script(const std::string& name, std::vector<std::string> argum
   start.last_signal = SIGTERM;
   const Finished done = run_to_end(std::move(start), std::nullopt);
   if (done.status < 0 || done.status == 127)
-    throw std::runtime_error(fmt::format("{} did not run to its end; it needs /usr/bin/python3", file));
+    throw std::runtime_error(fmt::format("{} did not finish; it needs /usr/bin/python3", file));
   if (done.status != 0) throw std::runtime_error(fmt::format("{} wrote nothing", name));
   return without_end(done.output);
 }

@@ -82,7 +82,7 @@ def parse(file):
             fields.append({"name": field[2], "type": field[1], "dims": dims, "comment": " ".join(above + [comment]).strip()})
             above = []
         else:
-            fail(file, number, f"this line is not understood: {code}")
+            fail(file, number, f"cannot parse this line: {code}")
     if name != file.stem:
         fail(file, 1, f"the struct of this file must be called {file.stem}")
     return name, about, fields, constants

@@ -79,18 +79,18 @@ EventLogReader::EventLogReader(const std::filesystem::path& file)
                                  : fmt::format("{} cannot be read: {}", file.string(), std::strerror(errno)));
   struct stat status {};
   if (::fstat(file_.get(), &status) != 0 || !S_ISREG(status.st_mode))
-    throw std::runtime_error(fmt::format("{} is no file", file.string()));
+    throw std::runtime_error(fmt::format("{} is not a file", file.string()));
   std::array<std::byte, 4> begin{};
   if (PackedFile::is_one(std::span(begin).first(read_file_at(file_.get(), 0, begin)))) packed_.emplace(file_.get());
   look_again();
   if (packed_ && packed_->is_foreign())
     throw std::runtime_error(
-        fmt::format("{0} is compressed in a piece that is too large or does not tell its size, as no lab does it; "
-                    "give what `zstd -d {0}` makes of it",
+        fmt::format("{0} has a zstd frame that is too large or lacks its size, so no lab wrote it; unpack it with "
+                    "`zstd -d {0}` and give the result",
                     file.string()));
   const auto first = bytes_at(0, sync.size());
   if (size_ > 0 && !std::ranges::equal(first, sync) && !find_event(0, size_))
-    throw std::runtime_error(fmt::format("{} is no LCM log", file.string()));
+    throw std::runtime_error(fmt::format("{} is not an LCM log", file.string()));
 }
 
 void EventLogReader::look_again() {

@@ -64,7 +64,7 @@ struct Recorder::State {
     recording = false;
     stopped_by = error;
     stopped_because = why;
-    spdlog::warn("recording in {} stopped: {}; the run goes on without it", directory.string(), why);
+    spdlog::warn("recording in {} stopped: {}; the run continues without it", directory.string(), why);
     for_each_file([&](RecordFile& file) { lose(file.write_out().lost, error); });
   }
 
@@ -175,7 +175,7 @@ std::unique_ptr<Bus::Subscription> Recorder::record_all(Bus& bus, const Clock& c
 }
 
 void Recorder::row(std::string_view name, std::string_view header, std::string_view values) {
-  assert(name.find('/') == std::string_view::npos && "a table is a file of the run's directory");
+  assert(name.find('/') == std::string_view::npos && "a table is a file in the run's directory");
   if (!state_->may_record()) return;
   auto table = state_->tables.find(name);
   if (table == state_->tables.end()) {

@@ -142,12 +142,12 @@ ResultFile::Runs ResultFile::runs() const {
 
 std::string ResultFile::goes_on_in_words() const {
   if (runs() == Runs::no) return {};
-  return fmt::format("the run of {} (process {}), which still goes on", fmt::join(labs(), ", "), process_id());
+  return fmt::format("the run of {} (process {}), which is still in progress", fmt::join(labs(), ", "), process_id());
 }
 
 bool ResultFile::mark_killed() {
   if (outcome() != Outcome::running || !process().is_object() || runs() != Runs::no) return false;
-  set_outcome(content_, Outcome::killed, fmt::format("killed: process {} is gone and left no result", process_id()));
+  set_outcome(content_, Outcome::killed, fmt::format("killed: process {} ended without a result", process_id()));
   replace_json(file_, content_);
   return true;
 }
@@ -167,7 +167,7 @@ void save_json(const fs::path& file, const nlohmann::json& json) {
   spdlog::warn("{} cannot be written ({}); it is printed instead", file.string(), std::strerror(error));
   std::puts(json.dump(2).c_str());
   if (!say_outcome_in_place(file, json))
-    spdlog::warn("{} still says that the run goes on; what was printed is its result", file.string());
+    spdlog::warn("{} still says that the run is in progress; the printed text is its result", file.string());
 }
 
 nlohmann::json own_process() {

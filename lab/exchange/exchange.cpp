@@ -21,18 +21,18 @@ std::uint32_t whole_periods(const hal::Section& gate, const char* key, hal::LabT
 
 void Exchange::fields(const hal::Section& gate) {
   gate.field("exchange", mode,
-             {.help = "when a lab tells others of its robots and fields: in \"time\", by \"event\", or \"mixed\": the "
-                      "owner in time, the others by event",
+             {.help = "when a lab sends its robots and fields: \"time\": at fixed times; \"event\": when they change; "
+                      "\"mixed\": the owner at fixed times, the others by event",
               .one_of = mode_names});
   gate.field("up_period_s", up,
              {.range = {0, 36000},
               .unit = "s",
-              .help = "in time: how often labs tell the owner; whole multiples of gate.period_s",
+              .help = "at fixed times: how often labs send to the owner; a whole multiple of gate.period_s",
               .default_is = "gate.period_s"});
   gate.field("down_period_s", down,
              {.range = {0, 36000},
               .unit = "s",
-              .help = "in time: how often the owner tells the others; whole multiples of gate.period_s",
+              .help = "at fixed times: how often the owner sends to the others; a whole multiple of gate.period_s",
               .default_is = "gate.period_s"});
 }
 
@@ -40,13 +40,14 @@ void Exchange::check(const hal::Section& gate, hal::LabTime period) {
   up_periods = whole_periods(gate, "up_period_s", up, period);
   down_periods = whole_periods(gate, "down_period_s", down, period);
   if (mode != Mode::time && up_periods != 1)
-    gate.refuse("up_period_s", fmt::format("has no meaning with gate.exchange = \"{}\", where labs tell the owner by "
-                                           "event; leave it out",
-                                           name_of(mode)));
+    gate.refuse(
+        "up_period_s",
+        fmt::format("has no meaning with gate.exchange = \"{}\", where labs send to the owner by event; remove it",
+                    name_of(mode)));
   if (mode == Mode::event && down_periods != 1)
     gate.refuse("down_period_s",
-                "has no meaning with gate.exchange = \"event\", where the owner tells the others by event; leave it "
-                "out, or take \"mixed\"");
+                "has no meaning with gate.exchange = \"event\", where the owner sends to the others by event; remove "
+                "it, or use \"mixed\"");
 }
 
 std::string name_of(Exchange::Mode mode) {

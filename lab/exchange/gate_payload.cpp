@@ -35,9 +35,11 @@ void PeriodGate::publish_early(LabState event) {
 std::optional<Refusal> PeriodGate::payload_refusal(const LabState& state, std::int64_t& known) {
   const std::int64_t made = payload_period(state);
   if (made < known || (!state.carried && made != known))
-    return Refusal{"payload", fmt::format("its state {} repeats the robots and fields of its state {}, and we have "
-                                          "those of its state {}",
-                                          state.period, made, known)};
+    return Refusal{
+        "payload",
+        fmt::format(
+            "its state {} refers to the robots and fields of its state {}, but this lab has those of its state {}",
+            state.period, made, known)};
   known = made;
   return {};
 }
@@ -47,13 +49,13 @@ std::optional<Refusal> PeriodGate::event_refusal(const Peer& peer, const WorldMe
   const LabState& event = message.event->state;
   const auto because = [&](std::string sentence) { return Refusal{"event", std::move(sentence)}; };
   if (message.window.empty() || event.period != message.window.back().period + 1)
-    return because(fmt::format("its event is of period {}, which is not its next", event.period));
+    return because(fmt::format("its event is from period {}, which is not its next", event.period));
   if (event.period > newest_of_peers() || !event.settings.empty())
-    return because(fmt::format("its event is of period {}, of the future", event.period));
+    return because(fmt::format("its event is from period {}, in the future", event.period));
   if (!rules_) return {};
   const LabState* initial = peer.received >= 0 ? peer.initial.get() : nullptr;
   if (!initial && message.window.front().period == 0) initial = &message.window.front();
-  if (!initial) return because("its event came without its state 0");
+  if (!initial) return because("its event came before its state 0");
   return rules_->refusal(message.lab, event, *initial);
 }
 

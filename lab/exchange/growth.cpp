@@ -113,9 +113,9 @@ void Growth::hear(std::string_view peer, bool is_owner, std::uint64_t run_id, st
 
 std::string Growth::frozen(std::string_view owner) const {
   if (rule_ != Rule::follows || pieces_.empty() || boundary_ - grew_at_ < frozen_after) return {};
-  std::string out = fmt::format("what grows stands still without {}", owner);
+  std::string out = fmt::format("growing fields are frozen without {}", owner);
   if (lacks_ > 0) out += fmt::format(" since its period {}", lacks_ - 1);
-  if (restarted_) out += ", which was restarted and has forgotten it: start all labs again";
+  if (restarted_) out += ", which was restarted and has lost them: start all labs again";
   return out;
 }
 

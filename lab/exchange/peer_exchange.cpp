@@ -168,7 +168,7 @@ void PeerExchange::publish_world() {
   if (bytes > max_message_bytes_ && !gate_.peers().empty() && failure_.empty())
     failure_ = fmt::format(
         "the message of {} to its peers has {} bytes at period {}, and gateway.max_message_bytes = {}: raise that in "
-        "all labs, or take fewer robots",
+        "all labs, or use fewer robots",
         lab_, bytes, gate_.published(), max_message_bytes_);
   bus_.publish(hal::channel::world, message);
   world_due_ = peers_.now() + repeat_world_after;

@@ -166,7 +166,7 @@ std::string Peers::words(const Peer& peer) const {
     case State::over:
       return fmt::format("its run is over ({})", without_explanation(peer.said));
     case State::not_joined:
-      return fmt::format("it runs, but has not joined this run ({})", without_explanation(peer.said));
+      return fmt::format("it is running, but has not joined this run ({})", without_explanation(peer.said));
     case State::dead:
       return fmt::format("silent for {} s with its link up", (now_ - silent_since(peer)).count() / 1'000'000);
     case State::alive:
@@ -201,14 +201,14 @@ PeerWait Peers::wait_for(const Peer& peer) const {
     wait.give_up = fmt::format("{} is gone at period {}: {}", peer.name, period_, words(peer));
   } else if (!peer.refusal.empty() && peer.refused - std::max(peer.refused_since, boundary_) >= refused_limit) {
     wait.give_up = fmt::format(
-        "{} refuses every state of {} at period {}: {}; do both run the same program with the same settings?", lab_,
+        "{} refuses every state of {} at period {}: {}; do both run the same version with the same settings?", lab_,
         peer.name, period_, peer.refusal);
   } else if (since) {
     // A cut link may be waited for not at all; what lives has a moment to speak.
     const bool cut = is == State::link_down || is == State::gateway_silent;
     limit(wait, peer, std::max(*since, boundary_), cut ? patience_ : std::max(patience_, lost_after));
   } else {
-    wait.text += ", until it comes or the lab is stopped";
+    wait.text += ", until it connects or the lab is stopped";
   }
   return wait;
 }
@@ -269,10 +269,10 @@ PeerWait Peers::lose(Peer& peer) {
     spdlog::warn("{} has lost {} at period {}: {}; {}; restart {} or repair the link (gate.on_peer_lost = \"{}\")",
                  lab_, peer.name, period_, why,
                  pause ? fmt::format("robots pause until it is back, for {} s at most", patience_.count() / 1'000'000)
-                       : "robots go on beside its last state",
+                       : "robots continue with its last state",
                  peer.name, pause ? "pause" : "go_on");
   else if (was == Lost::silent && is == Lost::refused)
-    spdlog::warn("{} refuses what comes from {} at period {}: {}", lab_, peer.name, period_, why);
+    spdlog::warn("{} refuses the states of {} at period {}: {}", lab_, peer.name, period_, why);
   return wait;
 }
 
@@ -293,7 +293,7 @@ std::string Peers::silence() {
       fmt::format("no new state of any peer for {} s", std::chrono::floor<std::chrono::seconds>(now_ - *news_).count());
   if (!was) {
     counters_.add("safety.paused");
-    spdlog::warn("{} pauses its robots at period {}: {} (safety.pause_after_s); they go on with the next one", lab_,
+    spdlog::warn("{} pauses its robots at period {}: {} (safety.pause_after_s); they resume with the next one", lab_,
                  period_, words);
   }
   return words;

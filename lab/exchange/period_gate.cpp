@@ -78,7 +78,7 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
   const Ack& ack = message.acks.find(options_.lab)->second;
   if (ack.received > published_)
     return because("acknowledges_the_future",
-                   fmt::format("it acknowledges our state {}, newest is {}", ack.received, published_));
+                   fmt::format("it acknowledges our state {}, but the newest is {}", ack.received, published_));
   if (peer.bound && peer.can_wait != message.can_wait)
     return because("can_wait_changed", "its arena's can_wait changed");
   // The first message that arrives may hold state 0 and later ones at once.
@@ -93,17 +93,17 @@ std::optional<Refusal> PeriodGate::refusal(const Peer& peer, const WorldMessage&
       return because("gap", fmt::format("its state {} follows state {}", period, last));
     last = period;
     if (period > newest_of_peers() || (mode_ == Mode::strict && period > published_ + options_.slack + 1))
-      return because("period", fmt::format("its state {} is of the future", period));
+      return because("period", fmt::format("its state {} is from the future", period));
     if ((period == 0) == state.settings.empty())
       return because("settings",
                      fmt::format("its state {} has {}", period, hal::counted(state.settings.size(), "setting")));
     if (const auto known = peer.states.find(state.period); known != peer.states.end()) {
       if (known->second->hash != state.hash || (state.carried && known->second->robots.size() != state.robots.size()))
-        return because("changed", fmt::format("its state {} is not what it was", period));
+        return because("changed", fmt::format("its state {} has changed since it was first sent", period));
     } else if (period > peer.received) {
       if (auto refused = payload_refusal(state, payload)) return refused;
       if (!rules_ || !state.carried) continue;
-      if (!initial) return because("before_initial", fmt::format("its state {} came without its state 0", period));
+      if (!initial) return because("before_initial", fmt::format("its state {} came before its state 0", period));
       if (auto refused = rules_->refusal(message.lab, state, *initial)) {
         refused->sentence.insert(0, fmt::format("state {}: ", period));
         return refused;
@@ -153,7 +153,7 @@ PeriodGate::Heard PeriodGate::hear(std::string_view origin, const std::shared_pt
   if (published_ < 0) return refuse("early");
   if (peer.bound && peer.run_id != message.run_id) {
     if (std::ranges::count(peer.former_runs, message.run_id) > 0)
-      return refuse(Refusal{"former_run", "it is of a former run"});
+      return refuse(Refusal{"former_run", "it is from an earlier run"});
     if (mode_ != Mode::free) return counters_.add("world.restarted"), Heard::restarted;
     if (const auto refused = begin_anew(peer, message)) return refuse(*refused);
   }

@@ -63,7 +63,7 @@ std::optional<Refusal> StateRules::field_refusal(std::string_view lab, const Lab
     const auto rule = std::ranges::find(fields_, name, &FieldRule::name);
     if (rule == fields_.end()) return refused("unknown_field", "is not declared in begin()");
     if (rule->owner_only && lab != owner_)
-      return refused("not_owner", fmt::format("is published by the owner, {}, only", owner_));
+      return refused("not_owner", fmt::format("may be published by the owner, {}, only", owner_));
     if (rule->initial_only && state.period != 0) return refused("initial_field", "belongs to state 0 only");
     if (rule->up_to ? values.size() > rule->length : values.size() != rule->length)
       return refused("field_length", fmt::format("has {} instead of {}{}", hal::counted(values.size(), "value"),
@@ -80,17 +80,17 @@ std::optional<Refusal> StateRules::refusal(std::string_view lab, const LabState&
   if (auto refused = field_refusal(lab, state)) return refused;
   const auto told = initial.fields.find(arena_field);
   if (told == initial.fields.end() || told->second.size() != arena_values_count)
-    return Refusal{"no_arena", "its state 0 does not tell its arena"};
+    return Refusal{"no_arena", "its state 0 does not describe its arena"};
   const std::vector<std::int64_t>& arena = told->second;
   if (static_cast<std::int64_t>(state.robots.size()) > arena[2])
-    return Refusal{
-        "robots", fmt::format("it holds {}, of {} in its arena", hal::counted(state.robots.size(), "robot"), arena[2])};
+    return Refusal{"robots", fmt::format("it holds {}, but its arena has {}",
+                                         hal::counted(state.robots.size(), "robot"), arena[2])};
   const auto projection = projections_.find(lab);
   if (projection == projections_.end())
-    return Refusal{"no_projection", fmt::format("shared.projection.{} is not there", lab)};
+    return Refusal{"no_projection", fmt::format("shared.projection.{} is missing", lab)};
   for (const SharedRobot& robot : state.robots) {
     if (robot.robot > arena[3])
-      return Refusal{"robot", fmt::format("it holds robot {}, and the largest id is {}", robot.robot, arena[3])};
+      return Refusal{"robot", fmt::format("it holds robot {}, but the largest id is {}", robot.robot, arena[3])};
     const hal::Pose at = projection->second.to_arena(robot.in_shared);
     if (!(std::abs(at.x_m) <= static_cast<double>(arena[0]) * 5e-7 + outside_m) ||
         !(std::abs(at.y_m) <= static_cast<double>(arena[1]) * 5e-7 + outside_m))

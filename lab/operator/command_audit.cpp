@@ -50,7 +50,7 @@ void CommandAudit::refused(const std::string& peer, int command, std::string_vie
 void CommandAudit::refused(const std::string& peer, std::string_view command, std::string_view why) {
   if (refused_ > most_refused) return;
   if (++refused_ <= most_refused) return row(peer, command, why);
-  row("", "", "further refused ones are only counted");
+  row("", "", "further refusals are only counted");
 }
 
 // A peer's name may be anybody's text.

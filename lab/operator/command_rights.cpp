@@ -65,7 +65,7 @@ std::optional<Refusal> CommandRights::refusal_here(int command, Now now) {
 std::optional<Refusal> CommandRights::admit(const std::string& peer, const fleet_command_t& given, Now now) {
   const int command = given.command;
   if (command == operator_command_t::arm && givers_.size() == 1)
-    return Refusal{"no_peers", "there is nobody to arm it for: safety.commands_from names no lab"};
+    return Refusal{"no_peers", "no other operator is allowed: safety.commands_from names no lab"};
   Giver& giver = givers_.find(peer)->second;
   if (command == fleet_command_t::run) giver.last_run = now;
   ++giver.admitted;
@@ -91,18 +91,18 @@ std::optional<Refusal> CommandRights::forbidden(const std::string& peer, const o
   if (command != fleet_command_t::run) return {};  // who makes robots stand need not wait for anybody
   if (!armed_)
     return Refusal{"not_armed",
-                   fmt::format("{} is not armed, so other labs' operators may not let its robots run", lab_)};
+                   fmt::format("{} is not armed, so other labs' operators may not resume its robots", lab_)};
   if (giver->second.last_run && now - *giver->second.last_run < gap_)
-    return Refusal{"too_often", fmt::format("{} resumes more often than safety.commands_per_s", peer)};
+    return Refusal{"too_often", fmt::format("{} has resumed more often than safety.commands_per_s allows", peer)};
   return {};
 }
 
 // What was not made for this moment.
 std::optional<Refusal> CommandRights::unfit(const Giver& giver, const operator_command_t& message, Now now) const {
-  if (message.run_id != run_id_) return Refusal{"other_run", "it was given to another run of this lab"};
+  if (message.run_id != run_id_) return Refusal{"other_run", "it was sent to another run of this lab"};
   if (Now(message.clock_us) > now || Now(message.clock_us) < now - too_old_after)
     return Refusal{"too_old", "it is more than 30 s old"};
-  if (giver.used.contains(message.number)) return Refusal{"replayed", "it was given before"};
+  if (giver.used.contains(message.number)) return Refusal{"replayed", "it was received before"};
   return unknown(message.command.command, message.command);
 }
 
@@ -126,12 +126,12 @@ std::optional<Refusal> CommandRights::unproved(const operator_command_t& message
     if (no_key_.empty() && good()) return {};
   }
   if (!no_key_.empty()) return Refusal{"no_key", no_key_};
-  return Refusal{"bad_proof", fmt::format("it is not proved by this user's key, {}", key_.file().string())};
+  return Refusal{"bad_proof", fmt::format("it is not authenticated with this user's key, {}", key_.file().string())};
 }
 
 std::optional<Refusal> CommandRights::unsigned_by(const std::string& peer, const operator_command_t& message, Now now) {
   if (now - looks_begun_ >= 1s) looks_begun_ = now, looks_ = 0;
-  if (++looks_ > looks_per_s) return Refusal{"too_often", "too many signatures to look at"};
+  if (++looks_ > looks_per_s) return Refusal{"too_often", "too many signatures to check"};
   if (signatures_ && signatures_->has_signed(peer, proved_bytes(message), message.proof)) return {};
   return Refusal{"bad_proof",
                  fmt::format("it is not signed by {}, or {} is not trusted (arkmesh keys list)", peer, peer)};

@@ -32,7 +32,7 @@ void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> byt
   const auto slash = channel.rfind('/');
   const std::string peer(slash == std::string_view::npos ? std::string_view() : channel.substr(0, slash));
   operator_command_t message;
-  if (!hal::decode(bytes, message)) return refuse(peer, -1, {"undecodable", "it is no operator_command_t"});
+  if (!hal::decode(bytes, message)) return refuse(peer, -1, {"undecodable", "it is not an operator_command_t"});
   const int command = message.command.command;
   asked_ = true;
   if (command == operator_command_t::ask) {
@@ -101,7 +101,7 @@ void OperatorDesk::refuse(const std::string& peer, int command, const Refusal& r
   const std::string counter = fmt::format("operator.refused.{}", refusal.why);
   counters_.add(counter);
   if (said_.emplace(refusal.why).second)
-    spdlog::warn("{} refused a command on {}: {}; further ones are counted as {}", lab_,
+    spdlog::warn("{} refused a command on {}: {}; further refusals are counted as {}", lab_,
                  peer.empty() ? operator_channel : hal::printable(peer, hal::max_lab_name) + '/' + operator_channel,
                  refusal.sentence, counter);
 }

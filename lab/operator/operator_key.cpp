@@ -44,7 +44,7 @@ bool OperatorKey::make() const {
   if (std::filesystem::exists(file_, error)) return false;
   std::array<std::uint8_t, key_bytes> key{};
   if (RAND_bytes(key.data(), static_cast<int>(key.size())) != 1)
-    throw std::runtime_error("OpenSSL gives no random bytes; is its package libssl3 whole?");
+    throw std::runtime_error("OpenSSL returns no random bytes; is its package libssl3 intact?");
   std::string text;
   for (const std::uint8_t byte : key) text += fmt::format("{:02x}", byte);
   hal::write_guarded(file_, text + '\n', hal::secret_mode);

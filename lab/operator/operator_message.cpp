@@ -25,8 +25,9 @@ bool obeys(const lab_status_t& status, std::string_view lab) {
 }
 
 std::string not_obeyed(std::string_view by, std::string_view lab) {
-  return fmt::format("{0} does not obey the operator of {1}: in the file of {0} safety.commands_from does not name {1}",
-                     by, lab);
+  return fmt::format(
+      "{0} does not accept commands from {1}'s operator: safety.commands_from in the file of {0} does not name {1}", by,
+      lab);
 }
 
 std::string not_reached(std::string_view lab) {

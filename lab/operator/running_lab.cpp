@@ -98,7 +98,7 @@ std::string RunningLab::tell(std::uint8_t command, const std::function<void(oper
     if (!comes_to(3400ms, answered)) continue;
     if (!answer_ || answer_->refusal.empty()) return {};
     const std::string refusal = answer_->refusal;
-    why = fmt::format("{} refused the command: {}; its log says why, and docs/security.md what to do", name(),
+    why = fmt::format("{} refused the command: {}; its log gives the reason, docs/security.md the remedy", name(),
                       hal::printable(refusal, 60));
     if (refusal != "too_often" && refusal != "too_old") break;
     comes_to(1s, [] { return false; });  // it may do it then

@@ -211,7 +211,7 @@ def promise(arena, phase, fault):
         return Promise(peer=None) if ending else REFUSED
     if fault == "link cut":
         if at_0:
-            return Promise("stopped", "until it comes or the lab is stopped", None, note="the lab waits until it is stopped, and says so")
+            return Promise("stopped", "until it connects or the lab is stopped", None, note="the lab waits until it is stopped, and says so")
         return Promise(peer=None) if ending else GAVE_UP
     if fault == "link cut 4 s":
         return GOES_ON

@@ -189,7 +189,7 @@ TEST_CASE("another lab on our LCM port") {
   });
   CHECK(examined.code() == 1);
   CHECK(has(words,
-            "problem  LCM port of lab shark: lynx: talking on udpm://239.255.76.67:7870?ttl=0 as well -> give "
+            "problem  LCM port of lab shark: lynx: also on udpm://239.255.76.67:7870?ttl=0 -> give "
             "each lab"));
 }
 
@@ -231,12 +231,13 @@ TEST_CASE("labs that STOP of all labs does not reach") {
     bus.drain();
   };
   Command examined(doctor + " " + file.path());
-  CHECK(
-      line_of(examined.words(speak), "STOP of all labs") ==
-      "problem  STOP of all labs (not heard, so it is not known of: d): b does not obey the operator of shark: in the "
-      "file of b safety.commands_from does not name shark; c does not answer this lab's operator; does this lab's "
-      "gateway export operator_command, and does that of c import it? -> docs/security.md, Operators of other labs, "
-      "says what each file needs");
+  CHECK(line_of(examined.words(speak), "STOP of all labs") ==
+        "problem  STOP of all labs (unknown for labs that are not heard: d): b does not accept commands from shark's "
+        "operator: safety.commands_from in the file of b does not name shark; c does not answer this lab's operator; "
+        "does this "
+        "lab's gateway export operator_command, and does that of c import it? -> docs/security.md, Operators of other "
+        "labs, "
+        "explains what each file needs");
   Command mute_lab(doctor + " " + mute.path());
   CHECK(has(line_of(mute_lab.words(), "STOP of all labs"),
             ": gateway.ordered does not name operator_command, so no other lab hears the operator of shark -> docs/"));
@@ -250,7 +251,7 @@ TEST_CASE("TCP port taken") {
   Command examined(doctor + " " + file.path());
   CHECK(has(
       examined.words(),
-      fmt::format("problem  TCP {}: port {} is taken by another program -> see who has it with: ss -ltnp 'sport = :{}'",
+      fmt::format("problem  TCP {}: port {} is taken by another program -> list its user with: ss -ltnp 'sport = :{}'",
                   taken, other.port(), other.port())));
   CHECK(examined.code() == 1);
 

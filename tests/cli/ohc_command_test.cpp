@@ -243,8 +243,8 @@ TEST_CASE("ohc: complaints") {
   check_fails({"/dev/ttyNONE7", "run"}, 1, "there is no serial port /dev/ttyNONE7");
   check_fails({"/etc/passwd", "run"}, 1, "is not a serial port");
   check_fails({"tcp://127.0.0.1:1", "jump"}, 2, "arkmesh ohc has no command jump; arkmesh ohc --help lists them");
-  check_fails({"tcp://127.0.0.1:9", "message", "128"}, 2, "belongs to the robots' library");
-  check_fails({"tcp://127.0.0.1:9", "message", "12x"}, 2, "'12x' is no number from 0 to 255");
+  check_fails({"tcp://127.0.0.1:9", "message", "128"}, 2, "is reserved for the robots' library");
+  check_fails({"tcp://127.0.0.1:9", "message", "12x"}, 2, "'12x' is not a number from 0 to 255");
   check_fails({"tcp://127.0.0.1:9", "message", "1", "0", "0", "0", "0", "0", "0", "0", "0", "0", "0"}, 2,
               "9 bytes, not 10");
   check_fails({"tcp://127.0.0.1:9", "set-uid", "65536"}, 2, "from 0 to 65535");

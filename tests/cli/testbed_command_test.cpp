@@ -72,7 +72,7 @@ TEST_CASE("testbed: a run is recorded and replayed") {
   CHECK_FALSE(std::filesystem::exists(folder.path() / "none"));
   const TestbedEnd nothing = testbed_command(folder, {"testbed", "replay", folder.path()});
   CHECK(nothing.code == 1);
-  CHECK(nothing.says("is no record of a testbed"));
+  CHECK(nothing.says("is not a testbed record"));
 }
 
 TEST_CASE("testbed: a set-up procedure is recorded") {
@@ -87,5 +87,5 @@ TEST_CASE("testbed: a set-up procedure is recorded") {
   CAPTURE(replayed.said);
   CHECK(replayed.code == 0);
   CHECK(replayed.says("  question of identification 118: 40"));
-  CHECK(replayed.says("the record is of no lab's run"));
+  CHECK(replayed.says("the record does not come from a lab's run"));
 }

@@ -160,7 +160,7 @@ TEST_CASE("bad URLs and patterns are refused in one sentence") {
   }
   CHECK_THROWS_WITH_AS(Bus{"udpm://nowhere:1"}, doctest::Contains("LCM cannot open it"), std::runtime_error);
   Bus bus("memq://");
-  CHECK_THROWS_WITH_AS(static_cast<void>(bus.subscribe("(", [](auto, auto) {})), "'(' is no channel pattern",
+  CHECK_THROWS_WITH_AS(static_cast<void>(bus.subscribe("(", [](auto, auto) {})), "'(' is not a channel pattern",
                        std::runtime_error);
 }
 

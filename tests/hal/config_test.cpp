@@ -179,11 +179,12 @@ TEST_CASE("each bad value is refused in one sentence with file, line and key") {
       {"[arena]\nlit = 1", "a.toml:2: arena.lit = 1: must be true or false"},
       {"[arena]\nname = 2024-01-02", "a.toml:2: arena.name = 2024-01-02: must be a text in quotes"},
       {"[arena]\nkind = \"odd\"", "a.toml:2: arena.kind = \"odd\": must be one of \"round\", \"square\""},
-      {"[arena]\nframe_s = 1e-7", "a.toml:2: arena.frame_s = 1e-07: must be whole microseconds"},
+      {"[arena]\nframe_s = 1e-7", "a.toml:2: arena.frame_s = 1e-07: must be a whole number of microseconds"},
       {"[arena]\nprogram = \"a\\u0000b\"", "a.toml:2: arena.program = \"a\\u0000b\": must be a path"},
       {"[arena]\nsources = [\"a.c\", 1]",
        "a.toml:2: arena.sources = [ \"a.c\", 1 ]: must be a path, or a list of paths"},
-      {"[arena]\nsources = [\"a.c\", \"\"]", "a.toml:2: arena.sources = [ \"a.c\", \"\" ]: must hold no empty path"},
+      {"[arena]\nsources = [\"a.c\", \"\"]",
+       "a.toml:2: arena.sources = [ \"a.c\", \"\" ]: must not contain an empty path"},
       {"[arena]\nwords = [\"a\", 1]", "a.toml:2: arena.words = [ \"a\", 1 ]: must be a list of texts"},
       {"[arena]\nwords = \"a\"", "a.toml:2: arena.words = \"a\": must be a list of texts"},
       {"[arena]\nplaces = [1, 7]", "a.toml:2: arena.places = [ 1, 7 ]: each must be between 0 and 5"},
@@ -230,7 +231,7 @@ TEST_CASE("overrides set single keys, a bare word is a text, and errors name the
       {"arena.robots=many", "--set arena.robots=many: arena.robots = \"many\": must be a whole number"},
       {"arena.robtos=1", "--set arena.robtos=1: unknown key 'arena.robtos'; did you mean 'arena.robots'?"},
       {"arena.robots", "--set arena.robots: must look like key=value, for example arena.robots=48"},
-      {"roark:arena.robots=1", "--set roark:arena.robots=1: is for lab roark, but this file is of lab 'shark'"},
+      {"roark:arena.robots=1", "--set roark:arena.robots=1: is for lab roark, but this file belongs to lab 'shark'"},
   };
   for (const auto& [one, message] : rows) {
     const std::string said = refusal([&, set = one] {
@@ -326,7 +327,7 @@ TEST_CASE("bad files are refused with the line that asked") {
       {many + "]", "lab.toml:1: include = \"leaf.toml\": more than 64 files included"},
       {"include = [\".\"]", "lab.toml:1: include = \".\": " + at + " is not a text file"},
       {"include = [\"large.toml\"]",
-       "lab.toml:1: include = \"large.toml\": " + at + "large.toml is larger than 1 MiB; is it a configuration?"},
+       "lab.toml:1: include = \"large.toml\": " + at + "large.toml is larger than 1 MiB; is it a configuration file?"},
       {"include = [\"broken.toml\"]", "broken.toml:3: not valid TOML: "},
       {"x = " + std::string(100'000, '['), "lab.toml:1: not valid TOML: "},
       {"[" + dotted + "]", "lab.toml: a key has more than 32 dots"},

@@ -248,7 +248,7 @@ TEST_CASE("a run that the log cannot carry is refused in one sentence") {
   const std::string too_long = replay_error(log, LabTime{550'001});
   CHECK(too_long.starts_with("a.toml:4: arena.replay.log = \""));
   CHECK(too_long.ends_with(
-      ": the log ends at 0.55 s, but the run needs 0.550001 s; shorten the run or take a longer log"));
+      ": the log ends at 0.55 s, but the run needs 0.550001 s; shorten the run or use a longer log"));
   CHECK(replay_error(make_log(more, [](Recorder& recorder) {
           recorder.record(LabTime{0}, "world", {});
         })).ends_with(": the log holds no poses"));
@@ -262,7 +262,7 @@ TEST_CASE("a run that the log cannot carry is refused in one sentence") {
           record(recorder, LabTime{0}, channel::poses, part);
         })).ends_with(": the log's frames are not stamped number times frame period"));
   CHECK(replay_error(directory.path() / "none.lcm").find("there is no file") != std::string::npos);
-  CHECK(replay_error(directory.write("text.lcm", "not a log")).find("is no LCM log") != std::string::npos);
+  CHECK(replay_error(directory.write("text.lcm", "not a log")).find("is not an LCM log") != std::string::npos);
   CHECK(replay_error("").ends_with("must not be empty; write one such as \"log.lcm\""));
 
   // a cut log is good up to its last whole frame
@@ -279,6 +279,6 @@ TEST_CASE("a log that shrinks during the run ends it with one sentence") {
   const auto arena = replay(log, 3999 * LabTime{55'000});
   arena->advance_to(LabTime{0});
   std::filesystem::resize_file(log, std::filesystem::file_size(log) / 2);
-  CHECK_THROWS_WITH_AS(arena->advance_to(3999 * LabTime{55'000}),
-                       doctest::Contains("was changed while it was replayed"), std::runtime_error);
+  CHECK_THROWS_WITH_AS(arena->advance_to(3999 * LabTime{55'000}), doctest::Contains("changed during the replay"),
+                       std::runtime_error);
 }

@@ -44,11 +44,12 @@ TEST_CASE("the common arena keys are checked") {
       {"robots = 1000000", "a.toml:2: arena.robots = 1000000: must be between 0 and 100000"},
       {"width_m = 100\nheight_m = 100\nrobots = 100000", ""},
       {"robots = 842",
-       "a.toml:2: arena.robots = 842: too many for an arena of 1 m x 1 m, which holds 841; make it larger or take "
+       "a.toml:2: arena.robots = 842: too many for an arena of 1 m x 1 m, which holds 841; make it larger or use "
        "fewer"},
       {"robots = 841", ""},
       {"frame_period_s = 0", "a.toml:2: arena.frame_period_s = 0: must be between 1e-06 and 60"},
-      {"frame_period_s = 0.0000015", "a.toml:2: arena.frame_period_s = 1.5e-06: must be whole microseconds"},
+      {"frame_period_s = 0.0000015",
+       "a.toml:2: arena.frame_period_s = 1.5e-06: must be a whole number of microseconds"},
       {"frame_period_s = -0.1", "a.toml:2: arena.frame_period_s = -0.1: must be between 1e-06 and 60"},
       {"pace = 0.5", "a.toml:2: arena.pace = 0.5: must be 0 (as fast as asked) or 1 (real time)"},
   };

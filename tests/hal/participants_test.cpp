@@ -35,7 +35,7 @@ TEST_CASE("participants: what no lab takes is refused with its place") {
   refused("", "lab.name");
   refused("lab.name = \"Shark\"", "shark.toml:1: lab.name = \"Shark\": must be 1 to 15 of the characters a-z 0-9 _ -");
   refused("lab.name = \"sharks-and-roarks\"", "must be 1 to 15 of the characters");
-  refused(shark + "[\"shark\", \"A\"]", "'A' is no lab name");
+  refused(shark + "[\"shark\", \"A\"]", "'A' is not a lab name");
   refused(shark + "[\"shark\", \"shark\"]", "names a lab twice");
   refused(shark + "[" + many + "\"shark\"]", "names more than 64 labs");
   refused(shark + "[\"roark\"]", "does not name this lab, 'shark'; add it or correct lab.name");

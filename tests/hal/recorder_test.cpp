@@ -183,7 +183,7 @@ TEST_CASE("a failing write stops the recording at the last whole record and noth
     CHECK(recorder.counters()["recorder.not_recorded.disk_full"] == events - kept.size() + events - kept_rows);
   }
   CHECK(warnings.lines() == 1);
-  CHECK(warnings.text().find("the run goes on without it") != std::string::npos);
+  CHECK(warnings.text().find("the run continues without it") != std::string::npos);
 }
 
 TEST_CASE("recording stops before the disk is full") {
@@ -415,16 +415,16 @@ TEST_CASE("what is no log is refused in one sentence") {
   };
   const std::string at = directory.path().string();
   CHECK(error(at + "/none") == "there is no file " + at + "/none");
-  CHECK(error(at) == at + " is no file");
+  CHECK(error(at) == at + " is not a file");
   CHECK(error(directory.write("empty", "")).empty());
-  CHECK(error(directory.write("text", "hello there")) == at + "/text is no LCM log");
-  CHECK(error(directory.write("short", "\xed\xa1")) == at + "/short is no LCM log");
-  CHECK(error("/dev/zero") == "/dev/zero is no file");
+  CHECK(error(directory.write("text", "hello there")) == at + "/text is not an LCM log");
+  CHECK(error(directory.write("short", "\xed\xa1")) == at + "/short is not an LCM log");
+  CHECK(error("/dev/zero") == "/dev/zero is not a file");
   // Compressed by others: no log, and in a piece whose size it does not tell.
   const auto packed = [&](const std::string& command) {
     REQUIRE(std::system((command + " > " + at + "/packed").c_str()) == 0);
     return error(at + "/packed");
   };
-  CHECK(packed("echo hello | zstd -q --stream-size=6") == at + "/packed is no LCM log");
-  CHECK(packed("echo hello | zstd -q").find("give what `zstd -d " + at + "/packed` makes of it") != std::string::npos);
+  CHECK(packed("echo hello | zstd -q --stream-size=6") == at + "/packed is not an LCM log");
+  CHECK(packed("echo hello | zstd -q").find("unpack it with `zstd -d " + at + "/packed`") != std::string::npos);
 }

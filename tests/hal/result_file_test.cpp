@@ -90,14 +90,15 @@ TEST_CASE("a run goes on while the process that wrote so lives: its id, its host
   CHECK(Told(over.dump()).file().runs() == Runs::no);
   CHECK(Told(running(own_with("pid", 12))).file().goes_on_in_words().empty());
   const json elsewhere = {{"pid", 12}, {"host", "another machine"}};
-  CHECK(Told(running(elsewhere)).file().goes_on_in_words() == "the run of shark (process 12), which still goes on");
+  CHECK(Told(running(elsewhere)).file().goes_on_in_words() ==
+        "the run of shark (process 12), which is still in progress");
 }
 
 TEST_CASE("only a run whose process is certainly gone is marked as killed, and it says so") {
   const Told gone(running(own_with("began_ticks", 1)));
   CHECK(gone.file().mark_killed());
   CHECK(gone.file().outcome() == Outcome::killed);
-  CHECK(gone.file().ended().find("is gone and left no result") != std::string::npos);
+  CHECK(gone.file().ended().find("ended without a result") != std::string::npos);
   CHECK_FALSE(gone.file().mark_killed());
   for (const json& process : {hal::own_process(), own_with("host", "another machine")}) {
     const Told told(running(process));

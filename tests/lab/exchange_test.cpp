@@ -232,7 +232,7 @@ TEST_CASE("exchange: a state that repeats what nobody was told is refused by nam
   const std::uint64_t before = a.counters()["world.refused.payload"];
   CHECK(a.hear("b", said_by_b({clock_part(1, 1)})) == PeriodGate::Heard::refused);
   CHECK(a.newest_refusal() ==
-        "its state 1 repeats the robots and fields of its state 1, and we have those of its state 0");
+        "its state 1 refers to the robots and fields of its state 1, but this lab has those of its state 0");
   CHECK(a.counters()["world.refused.payload"] == before + 1);
   CHECK(a.received("b") == 0);
   CHECK(a.hear("b", said_by_b({clock_part(1, 0)})) == PeriodGate::Heard::counted);
@@ -326,7 +326,7 @@ TEST_CASE("exchange: marks and events survive the network, and false ones are re
     throw std::logic_error("no mark");
   };
   CHECK(why_refused(m, [](world_t&) {}) == "");
-  CHECK(why_refused(m, [&](world_t& w) { mark(w, 0)[0] = 2; }) == "payload");  // of the future
+  CHECK(why_refused(m, [&](world_t& w) { mark(w, 0)[0] = 2; }) == "payload");  // in the future
   CHECK(why_refused(m, [&](world_t& w) { mark(w, 0)[0] = -1; }) == "payload");
   CHECK(why_refused(m, [&](world_t& w) { mark(w, 0)[1] = 0; }) == "payload");  // left out, and yet there
   CHECK(why_refused(m, [&](world_t& w) { mark(w, 1)[1] = 2; }) == "payload");
@@ -378,7 +378,7 @@ TEST_CASE("exchange: its keys make sense together, or are refused with the remed
   CHECK(refused("up_period_s = 3") ==
         "a.toml:6: gate.up_period_s = 3.0: must be a whole multiple of gate.period_s, which is 2");
   CHECK(refused("down_period_s = 1").find("whole multiple") != std::string::npos);
-  CHECK(refused("exchange = \"event\"\ndown_period_s = 4").find("take \"mixed\"") != std::string::npos);
-  CHECK(refused("exchange = \"mixed\"\nup_period_s = 4").find("by event; leave it out") != std::string::npos);
+  CHECK(refused("exchange = \"event\"\ndown_period_s = 4").find("use \"mixed\"") != std::string::npos);
+  CHECK(refused("exchange = \"mixed\"\nup_period_s = 4").find("by event; remove it") != std::string::npos);
   CHECK(refused("exchange = \"often\"").find("\"time\"") != std::string::npos);
 }

@@ -58,7 +58,7 @@ TEST_CASE("before the first merge there are no states, and a sentence says so") 
   // A scenario that looks at states in begin() or at frame 0 is told when they are there.
   Asked asked;
   const std::string early =
-      "the scenario asked for the state of 'b' before the first merge; states are there from on_period of period 0";
+      "the scenario asked for the state of 'b' before the first merge; states are available from on_period of period 0";
   CHECK(sentence([&] { asked.lab.state("b"); }) == early);
   CHECK(sentence([&] { asked.lab.field("b", "team"); }) == early);
   CHECK(sentence([&] { asked.lab.initial_field("b", "team"); }) == early);
@@ -72,9 +72,9 @@ TEST_CASE("a lab that there is not has neither state nor projection") {
   CHECK_THROWS_AS(asked.lab.state("c"), std::out_of_range);
   CHECK_THROWS_AS(asked.lab.initial_field("c", "team"), std::out_of_range);
   CHECK(sentence([&] { asked.lab.field("c", "team"); }) ==
-        "the scenario asked for the state of 'c', which is none of the labs a, b");
+        "the scenario asked for the state of 'c', which is not one of the labs a, b");
   CHECK(sentence([&] { asked.lab.projection("c"); }) ==
-        "the scenario asked for the projection of 'c', which is none of the labs a, b");
+        "the scenario asked for the projection of 'c', which is not one of the labs a, b");
 }
 
 TEST_CASE("a field that a state does not hold is empty") {
@@ -94,7 +94,7 @@ TEST_CASE("fields are declared in begin() only") {
   Asked asked;
   asked.lab.declare({.name = "team"});
   CHECK(sentence([&] { asked.lab.declare({.name = "team"}); }) ==
-        "the scenario declared field 'team' twice; give each a name of its own");
+        "the scenario declared field 'team' twice; give each its own name");
   asked.data.declaring = false;
   CHECK(sentence([&] { asked.lab.declare({.name = "late"}); }) ==
         "the scenario declared field 'late' after begin(); declare all fields in begin()");
@@ -209,7 +209,7 @@ TEST_CASE("a scenario says in words what people see, at the start and every 60 s
   CHECK(sentence([&] { asked.lab.show({.of = "led.1", .words = std::string(121, 'x')}); }) != "no error");
   asked.data.declaring = false;
   CHECK(sentence([&] { asked.lab.show({.of = "led.1"}); }) ==
-        "the scenario shows 'led.1' after begin(); say in begin() what people are told");
+        "the scenario shows 'led.1' after begin(); declare in begin() what is shown");
 }
 
 TEST_CASE("counts that are shown as curves have a table with a row a second, or a period") {
@@ -242,7 +242,7 @@ TEST_CASE("wheels are set where there are some, said when they change, and refus
   Asked asked;
   asked.data.arena.make = "walker";
   CHECK(sentence([&] { asked.lab.drive(3, {.left_mm_s = 10, .right_mm_s = 20}); }) ==
-        "the scenario drives robot 3, and a walker has no wheels that a lab can set; only its own program moves it");
+        "the scenario drives robot 3, but a lab cannot set the wheels of a walker; only its own program moves it");
   CHECK(asked.data.to_robots.empty());
   asked.data.arena.drive = {.way = hal::RobotDrive::Way::differential, .speed_m_s = 0.1, .wheels_apart_m = 0.05};
   for (const int left_mm_s : {10, 10, -50}) asked.lab.drive(3, {.left_mm_s = left_mm_s, .right_mm_s = 20});

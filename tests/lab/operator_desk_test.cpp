@@ -318,7 +318,7 @@ TEST_CASE("the audit has a line for each command, and only the first thousand of
   CHECK(all[3].substr(20) == ",1.500,b???,pause,no_permission");
   CHECK(all[4].substr(20) == ",1.500,,reset,admitted");
   CHECK(all[1002].substr(20) == ",1.500,,resume,replayed");
-  CHECK(all[1003].substr(20) == ",1.500,,,further refused ones are only counted");
+  CHECK(all[1003].substr(20) == ",1.500,,,further refusals are only counted");
 }
 
 TEST_CASE("the key of operators is made once, and refused when others can read it") {

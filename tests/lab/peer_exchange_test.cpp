@@ -122,14 +122,14 @@ TEST_CASE("exchange: patience begins with a peer's first sign of life") {
   a.own(0);
   PeerWait wait = a.wait(1h, 0, {"b"}, [] {});
   CHECK(wait.give_up == "");
-  CHECK(wait.text == "waiting for b: not started yet, until it comes or the lab is stopped");
+  CHECK(wait.text == "waiting for b: not started yet, until it connects or the lab is stopped");
   wait = a.wait(1h + 300s, 0, {"b"}, [&] { a.status("b", "starting"); });
   CHECK(wait.give_up == "");
-  CHECK(wait.text == "waiting for b: it runs, but has not joined this run (starting), for 301 s more");
+  CHECK(wait.text == "waiting for b: it is running, but has not joined this run (starting), for 301 s more");
   wait = a.wait(3h, 0, {"b"}, [&] { a.status("b", "starting"); });
   CHECK(wait.give_up ==
-        "gave up waiting for b after 600 s at period 0 of a (gate.patience_s): it runs, but has not joined this run "
-        "(starting)");
+        "gave up waiting for b after 600 s at period 0 of a (gate.patience_s): it is running, but has not joined this "
+        "run (starting)");
   CHECK(a.now == 1h + 602s);
 }
 
@@ -169,7 +169,7 @@ TEST_CASE("exchange: five seconds of refused states end a wait, with the newest 
       a.world("b", {LabA::state(0), LabA::state(1), LabA::state(1)});
     });
     CHECK(wait.give_up ==
-          "a refuses every state of b at period 0: its state 1 follows state 1; do both run the same program with the "
+          "a refuses every state of b at period 0: its state 1 follows state 1; do both run the same version with the "
           "same settings?");
     CHECK(a.now == 106s);
   }

@@ -106,7 +106,7 @@ TEST_CASE("dead means: link up and no status for five seconds") {
     s.status(1s);
     for (auto t = 1s; t <= 6s; t += 1s) s.links(t, true);
     // not of this run: it has not started yet
-    CHECK(s.is(6s) == (joined ? "running" : "it runs, but has not joined this run (running)"));
+    CHECK(s.is(6s) == (joined ? "running" : "it is running, but has not joined this run (running)"));
     CHECK(s.is(6s + 1us) == (joined ? "silent for 5 s with its link up" : "not started yet"));
     CHECK(s.peers.wait_for(1).give_up == (joined ? "roark is gone at period 0: silent for 5 s with its link up" : ""));
   }
@@ -161,7 +161,7 @@ TEST_CASE("labs that wait for each other do not quote each other's quotations") 
     s->status(0s, "waiting for shark: waiting for roark: running, for 600 s more");
   }
   CHECK(joined.is(1s) == "waiting for shark");
-  CHECK(other.is(1s) == "it runs, but has not joined this run (waiting for shark)");
+  CHECK(other.is(1s) == "it is running, but has not joined this run (waiting for shark)");
   joined.status(0s, "waiting for \x1b[2Jshark");
   CHECK(joined.is(1s) == "waiting for ?[2Jshark");
   joined.status(0s, "failed: roark failed at period 3: no camera");

@@ -67,7 +67,7 @@ TEST_CASE("an own state that breaks the lab's own rules ends the run before peer
     bench.run();
     CHECK_FALSE(bench.runner.finished());
     CHECK(bench.runner.reason() ==
-          "a breaks its own rules at period 1: " + c.what + "; correct the scenario or what it declares");
+          "a breaks its own rules at period 1: " + c.what + "; correct the scenario or its declarations");
     CHECK(published == 0);
   }
 }

@@ -105,7 +105,7 @@ TEST_CASE("a lab that is started first waits for an hour, and says for whom") {
   CHECK(runner.step(now) == Runner::Step::advanced);
   while (now < 1h) CHECK(runner.step(now += 2s) == Runner::Step::waiting);
   CHECK(runner.state_text() ==
-        "waiting for b: the gateway of a is silent; start it with: arkmesh gateway, until it comes or the lab is "
+        "waiting for b: the gateway of a is silent; start it with: arkmesh gateway, until it connects or the lab is "
         "stopped");
   CHECK_FALSE(runner.awaits_arena());
   CHECK(bench.scenario.calls == std::vector<std::string>{"begin", "poses 0"});

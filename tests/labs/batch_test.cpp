@@ -128,22 +128,23 @@ TEST_CASE("batch: impossible experiments are refused in one sentence that names 
   refused("labs = []\nseeds = 1\n", "must be a list of the labs' files");
   refused("labs = [\"c.toml\"]\nseeds = 1\n", "there is no file");
   refused("labs = [\"a.toml\"]\nseeds = []\n", "at least one seed");
-  refused("labs = [\"a.toml\"]\nseeds = [\"1..5\", 3]\n", "seed 3 is there twice");
+  refused("labs = [\"a.toml\"]\nseeds = [\"1..5\", 3]\n", "seed 3 is listed twice");
   refused("labs = [\"a.toml\"]\nseeds = \"5..1\"\n", "must be a range");
   refused(begin + "[sweeps]\ngate.slack = [1]\n", "did you mean 'sweep'?");
   refused(begin + "[sweep]\ngate.slack = []\n", "must be a list of values");
   refused(begin + "[sweep]\ngate.slack = 1\n", "must be a list of values");
-  refused(begin + "[sweep]\ngate.slack = [1, 1]\n", "1 is there twice");
+  refused(begin + "[sweep]\ngate.slack = [1, 1]\n", "1 is listed twice");
   refused(begin + "[sweep]\ngate.slack = \"many\"\n", "must be a range");
   refused(begin + "[sweep]\nrun.seed = [1, 2]\n", "the experiment's seeds");
   refused(begin + "[set]\nshared.labs = [\"a\"]\n", "seeds and labs determine it");
-  refused(begin + "[sweep]\ngate.slack = [1]\n[choices.x.y]\ngate.slack = 2\n", "gate.slack is set by gate.slack");
+  refused(begin + "[sweep]\ngate.slack = [1]\n[choices.x.y]\ngate.slack = 2\n",
+          "gate.slack is already set by gate.slack");
   refused(begin + "choices = 3\n", "a choice is a table");
   refused(begin + "[choices]\nx = 3\n", "a choice is a table");
   refused(begin + "[choices.x]\ny = 3\n", "must be a table of the keys");
   refused(begin + "[[plot]]\ncolumn = \"completed\"\n", "needs column and over");
   refused(begin + "[[plot]]\ncolumn = \"completed\"\nover = \"mix\"\n", "neither swept nor a choice");
-  refused(begin + "[[plot]]\ncolour = \"red\"\n", "no such part of a plot");
+  refused(begin + "[[plot]]\ncolour = \"red\"\n", "a plot has no such part");
   refused(begin + "[sweep]\nx = \"1..1000\"\ny = \"1..1000\"\n", "at most 1000000");
   refused(begin + "[sweep\n", "not valid TOML");
   CHECK(file.error(begin + "[sweep]\ngate.slack = [0, 1]\n", {"gate.slack=2"}).find("--set gate.slack=2") == 0);
@@ -211,10 +212,11 @@ TEST_CASE("batch: labs' files with seeds are a plan of one setting") {
   }
   CHECK_THROWS_WITH(app::read_batch_file({a, b}, "", {}), "lab files contain no seeds; add --seeds 1..20");
   for (const std::vector<fs::path>& files : {std::vector{a, experiment}, {experiment, a}, {experiment, experiment}})
-    CHECK_THROWS_WITH(app::read_batch_file(files, "1..2", {}),
-                      (experiment.string() + ": has no [lab], so it is no lab's file; give one experiment file, or the "
-                                             "files of labs")
-                          .c_str());
+    CHECK_THROWS_WITH(
+        app::read_batch_file(files, "1..2", {}),
+        (experiment.string() + ": has no [lab], so it is not a lab's file; give one experiment file, or the "
+                               "labs' files")
+            .c_str());
 }
 
 TEST_CASE("batch: what differs from the beginning of a folder is named") {
@@ -235,12 +237,12 @@ TEST_CASE("batch: what differs from the beginning of a folder is named") {
     return app::difference(begun, now);
   };
   CHECK(with("arkmesh", "0.2") ==
-        "it was started with arkmesh 0.1 (commit abc, Release), and this is arkmesh 0.2 (commit abc, Release)");
+        "it was started with arkmesh 0.1 (commit abc, Release), but this is arkmesh 0.2 (commit abc, Release)");
   CHECK(with("labs", {"b"}) == "it was started with other labs");
   CHECK(with("seeds", {1}) == "it was started with other seeds");
   CHECK(with("set", {"x=2"}).find("other settings of all runs") != std::string::npos);
   CHECK(with("factors", {1}).find("another grid") != std::string::npos);
   folder.write("a.toml", "b");
-  CHECK(app::difference(begun, begun) == lab + " was changed since it was started");
-  CHECK(app::difference({{"state", "finished"}}, begun) == "it holds no manifest of a batch");
+  CHECK(app::difference(begun, begun) == lab + " has changed since it was started");
+  CHECK(app::difference({{"state", "finished"}}, begun) == "it contains no batch manifest");
 }

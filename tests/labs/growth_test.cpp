@@ -145,7 +145,7 @@ TEST_CASE("free labs hold the same stock and trail after the same period, after 
     CHECK(world["b"].runner.drops()["gate.late.a"] > 0);
     world.cut = "b";
     world.pass(10s);
-    CHECK(world["b"].runner.state_text().find("what grows stands still without a since its period ") !=
+    CHECK(world["b"].runner.state_text().find("growing fields are frozen without a since its period ") !=
           std::string::npos);
     CHECK(world["b"].runner.drops()["growth.frozen"] > 0);
     world.cut.clear();
@@ -168,8 +168,8 @@ TEST_CASE("a restarted owner has forgotten what grew, and the others say so and 
   const auto before = world["b"].scenario.seen.rbegin()->second;
   world.pass(20s);
   CHECK(world["b"].scenario.seen.rbegin()->second == before);
-  CHECK(world["b"].runner.state_text().find("what grows stands still without a since its period ") !=
+  CHECK(world["b"].runner.state_text().find("growing fields are frozen without a since its period ") !=
         std::string::npos);
-  CHECK(world["b"].runner.state_text().find(", which was restarted and has forgotten it: start all labs again") !=
+  CHECK(world["b"].runner.state_text().find(", which was restarted and has lost them: start all labs again") !=
         std::string::npos);
 }

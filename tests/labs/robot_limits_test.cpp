@@ -42,7 +42,7 @@ TEST_CASE("labs have as many robots as a scenario can speak to") {
   CHECK(refused(1023) == "");
   const std::string said = refused(1100);
   CHECK(said.find("arena.robots = 1100: only ids up to 1022 can be addressed one by one, 1023 of the 1100 robots, "
-                  "and scenario dhtf does that; use at most 1023 robots") != std::string::npos);
+                  "as scenario dhtf does; use at most 1023 robots") != std::string::npos);
   const AddressesNobody nobody;
   CHECK(refused(1100) == "");
 }
@@ -52,8 +52,8 @@ TEST_CASE("robots' messages have room for what a scenario says") {
   CHECK(with("\"ark\"") == "");
   CHECK(with("{id_bits=10,kind_bits=2}") == "");
   CHECK(with("\"8+16\"")
-            .find("arena.kilobot.layout = \"8+16\": has room for kinds to 0 and values to 65535, and scenario "
-                  "dhtf says kinds to 2 and values to 1023") != std::string::npos);
+            .find("arena.kilobot.layout = \"8+16\": has room for kinds up to 0 and values up to 65535, but scenario "
+                  "dhtf sends kinds up to 2 and values up to 1023") != std::string::npos);
 }
 
 TEST_CASE("labs have as many robots as fit a message") {

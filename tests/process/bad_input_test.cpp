@@ -197,7 +197,7 @@ TEST_CASE("a full disk stops the recording, and the run goes on to the same hash
   CAPTURE(said.text);
   CHECK(said.code == 1);
   CHECK(
-      said.text.find("failed: shark: all periods were run, but log and tables are not whole: the recording stopped") !=
+      said.text.find("failed: shark: all periods were run, but log and tables are incomplete: the recording stopped") !=
       std::string::npos);
   const std::string json = tests::read_file(folder.path() / "result.json");
   CHECK(json.find(expected) != std::string::npos);

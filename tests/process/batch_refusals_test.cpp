@@ -33,12 +33,12 @@ TEST_CASE("a batch refuses in one sentence what cannot be run, before anything s
   refused(small_batch + "gate.perid_s = [1, 2]\n", "did you mean 'gate.period_s'?");
   refused(small_batch + "gate.perid_s = [1, 2]\n", "small.toml:9: gate.perid_s=1");
   refused(small_batch + "arena.ode.friction = [0.1, -1]\n", "arena.ode.friction=-1");
-  refused(small_batch + "\"roark:arena.robots\" = [1, 2]\n", "there is no lab roark here");
+  refused(small_batch + "\"roark:arena.robots\" = [1, 2]\n", "there is no lab roark");
   refused(small_batch + "gate.slack = [0, 99]\n", "must be between 0 and 8");
   refused(small_labs + "seeds = 1\n[sweep]\nrun.scenario = [\"dhtf\", \"chess\"]\n", "is none of: ");
-  refused(small_labs + "seeds = [\"1..4\", \"4..6\"]\n", "seed 4 is there twice");
+  refused(small_labs + "seeds = [\"1..4\", \"4..6\"]\n", "seed 4 is listed twice");
   refused(small_labs + "seeds = 1\n[set]\narena.use = \"kilobot\"\n", "");
-  refused(small_labs + "seeds = 1\n[sweep]\ngate.period_s = [2, 2.0]\n", "2.0 is there twice");
+  refused(small_labs + "seeds = 1\n[sweep]\ngate.period_s = [2, 2.0]\n", "2.0 is listed twice");
   refused(small_labs + "seeds = 1\n[sweep]\nrun.duration_s = \"0..9223372036854775807 step 4611686018427387904\"\n",
           "run.duration_s = 0: must be between");  // both values fit into 64 bits, and neither is a duration
   refused(small_labs + "seeds = 1\n[choices.seed.a]\n", "is already a column of the table");
@@ -48,7 +48,7 @@ TEST_CASE("a batch refuses in one sentence what cannot be run, before anything s
   refused(small_batch, "holds no batch", {"--gather"});
   refused(small_batch, "holds no batch", {"--plot", "completed", "--over", "gate.period_s"});
   refused(small_batch, "--seeds 5..2", {"--seeds", "5..2"});
-  refused(small_batch, "gives this key a value of its own", {"--set", "gate.period_s=4"});
+  refused(small_batch, "the experiment itself varies this key", {"--set", "gate.period_s=4"});
 }
 
 TEST_CASE("a batch's folder is gone on with by the same experiment and version only") {
@@ -66,7 +66,7 @@ TEST_CASE("a batch's folder is gone on with by the same experiment and version o
   refused(text + "gate.period_s = 1\n", "started with other settings of all runs");
   refused(text, "started with other seeds", {"--seeds", "1..3"});
   refused(text + "[sweep]\ngate.slack = [0, 1]\n", "started with another grid");
-  refused(text + "# a word\n", "small.toml was changed since it was started");
+  refused(text + "# a word\n", "small.toml has changed since it was started");
   CHECK(bench.batch(bench.file(text), "out").first == 0);
   // from another folder, with relative names
   tests::Process elsewhere(
@@ -163,7 +163,7 @@ TEST_CASE("a run is repeated from its folder alone, also from a copy, and a diff
   const auto different = rerun(copy);
   CAPTURE(different.second);
   CHECK(different.first == 1);
-  CHECK(different.second.find("was changed since the run") != std::string::npos);
+  CHECK(different.second.find("has changed since the run") != std::string::npos);
   CHECK(different.second.find("different: final hash ") != std::string::npos);
   CHECK(different.second.find("the first difference is in period ") != std::string::npos);
   // what cannot be repeated
@@ -171,7 +171,7 @@ TEST_CASE("a run is repeated from its folder alone, also from a copy, and a diff
   CHECK(rerun(out).second.find("choose one of its runs with --index") != std::string::npos);
   CHECK(rerun(out, {"--index", "7"}).second.find("holds no result.json") != std::string::npos);
   fs::remove(copy / "shark/config.toml");
-  CHECK(rerun(copy).second.find("the folders of all of its labs") != std::string::npos);
+  CHECK(rerun(copy).second.find("the folders of all its labs") != std::string::npos);
   CHECK(rerun(file).second.find("is neither a run's folder") != std::string::npos);
 }
 

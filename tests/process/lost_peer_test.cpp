@@ -78,7 +78,7 @@ TEST_CASE("a killed peer of labs in real time pauses, is gone without or ends th
   };
   CHECK(says("shark", "shark has lost lynx at period "));
   CHECK(says("shark", "robots pause until it is back, for 600 s at most; restart lynx or repair the link"));
-  CHECK(says("roark", "robots go on beside its last state; restart lynx or repair the link"));
+  CHECK(says("roark", "robots continue with its last state; restart lynx or repair the link"));
 
   labs.start_lab("lynx");
   REQUIRE_MESSAGE(shark.comes_to(runs_with_lynx), shark.state);

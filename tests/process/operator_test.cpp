@@ -109,7 +109,7 @@ TEST_CASE("stop, pause, resume and reset reach a lab from another terminal") {
   ::setenv("XDG_CONFIG_HOME", folder.path().c_str(), 1);
   CHECK(tell("pause", 1).find("shark refused the command: bad_proof") != std::string::npos);
   before ? ::setenv("XDG_CONFIG_HOME", home.c_str(), 1) : ::unsetenv("XDG_CONFIG_HOME");
-  CHECK(labs.lab_output("shark").find("is not proved by this user's key") != std::string::npos);
+  CHECK(labs.lab_output("shark").find("is not authenticated with this user's key") != std::string::npos);
   CHECK(tell("stop", 0).starts_with("shark ended at period"));
   CHECK(labs.lab("shark").wait(300s) == 3);
   CHECK(labs.result("shark", "state") == "stopped");

@@ -85,5 +85,5 @@ TEST_CASE("plot says what a folder lacks") {
   bench.refuses({bench.path("nowhere")}, "Directory does not exist");
   fs::create_directories(bench.path("cut/shark"));
   bench.file("not a log", "cut/shark/log.lcm");
-  bench.refuses({bench.path("cut")}, "log.lcm is no LCM log");
+  bench.refuses({bench.path("cut")}, "log.lcm is not an LCM log");
 }

@@ -108,7 +108,7 @@ TEST_CASE("a file is no folder for results, nor is the folder where one is") {
     return run.output();
   };
   CHECK(said("lab.toml").find("lab.toml is a file; give a folder with --out") != std::string::npos);
-  CHECK(said(".").find("is where you are") != std::string::npos);
+  CHECK(said(".").find("is the current folder") != std::string::npos);
   CHECK(tests::read_file(file) == "mine");
 }
 

@@ -238,5 +238,5 @@ TEST_CASE("what a run that goes on writes is taken, and its index grows") {
 TEST_CASE("what is no log is refused in a sentence") {
   const TemporaryDirectory directory;
   CHECK_THROWS_WITH(Log(directory.path() / "none.lcm"), doctest::Contains("there is no file"));
-  CHECK_THROWS_WITH(Log(directory.write("log.lcm", "hello, I am a text")), doctest::Contains("is no LCM log"));
+  CHECK_THROWS_WITH(Log(directory.write("log.lcm", "hello, I am a text")), doctest::Contains("is not an LCM log"));
 }

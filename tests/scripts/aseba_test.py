@@ -120,7 +120,7 @@ class Aseba(unittest.TestCase):
             at = time.monotonic()
             switch.kill()
             self.stand_within(2, world, [2], "without its lab", at)
-            self.until(10, lambda: "robot 2, node 2 of tcp:127.0.0.1:34012, is gone with its line" in self.said(), "the loss is said")
+            self.until(10, lambda: "robot 2, node 2 of tcp:127.0.0.1:34012, is gone with its connection" in self.said(), "the loss is said")
             world.start("switch_again", "asebaswitch", "-p", "34012", "tcp:127.0.0.1;34002")
             self.all_drive(world)
             # STOP

@@ -42,8 +42,8 @@ class EmulatedThymios(EmulatedLab):
         self.until(60, lambda: self.moved_m(2) == 0, "robots that stand")
         self.assertEqual(subprocess.run([PROGRAM, "resume", lab], capture_output=True, timeout=120, check=False).returncode, 0)
         self.until(60, lambda: self.moved_m(2) > 0.05, "robots that drive on")
-        for line, said in (("robot 2 kill", "robot 3, node 3"), ("nodes garbage 1000000", "bytes come that belong to no message"),
-                           ("nodes cut", "is gone with its line")):
+        for line, said in (("robot 2 kill", "robot 3, node 3"), ("nodes garbage 1000000", "received bytes that belong to no Aseba message"),
+                           ("nodes cut", "is gone with its connection")):
             self.command(line)
             self.until(120, lambda said=said: said in self.said("lab"), line)
         self.command("robot 2 revive")

@@ -12,11 +12,11 @@ class EmulatorFaults(EmulatedLab):
         def sees_again(times):
             return lambda: self.said("lab").count("the cameras see the testbed again") >= times
         self.command("camera camera0 gone")
-        self.until(300, lambda: "the cameras have given no picture" in self.said("lab"), "a camera that is gone")
+        self.until(300, lambda: "the cameras have delivered no picture" in self.said("lab"), "a camera that is gone")
         self.command("camera camera0 ok")
         self.until(300, sees_again(1), "a camera that is back")
         self.command("camera camera0 frozen")
-        self.until(300, lambda: self.said("lab").count("the cameras have given no picture") == 2, "a camera that is frozen")
+        self.until(300, lambda: self.said("lab").count("the cameras have delivered no picture") == 2, "a camera that is frozen")
         self.command("camera camera0 ok")
         self.until(300, sees_again(2), "a camera that is frozen no more")
         self.command("camera camera0 move 0.02 0")

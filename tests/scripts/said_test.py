@@ -149,8 +149,8 @@ class Said(unittest.TestCase):
         (self.folder / "x.c").write_text("int main() {}\n")
         (self.folder / "study.toml").write_text("labs = ['a.toml']\nseeds = '1..2'\n")
         for words, wanted in ((("rnu",), "did you mean run?"), (("run", "a.toml", "--set", "run.scenario=dhft"), "did you mean dhtf?"),
-                              (("run", "x.c"), "x.c: is not a configuration"), (("lab", "study.toml"), "is an experiment: arkmesh batch runs it"),
-                              (("batch", "a.toml", "--seeds", "1.." + "9" * 309), "of numbers of 64 bits"),
+                              (("run", "x.c"), "x.c: is not a configuration"), (("lab", "study.toml"), "is an experiment; run it with arkmesh batch"),
+                              (("batch", "a.toml", "--seeds", "1.." + "9" * 309), "of 64-bit numbers"),
                               (("lab", "a.toml", "--set", "bus.url=memq://"), "must be udpm://"),
                               (("run", "a.toml", "--set", "\x1b[31mred=1"), "?[31mred"),
                               (("controller", "run", ROOT / "experiments/light_up/light_up.c", "--robots", "200", "--spacing", "0.3"), "--spacing 0.3: puts robot 0")):

@@ -68,7 +68,7 @@ class Scripts(unittest.TestCase):
         self.assertRegex(script("read_log.py", self.log).stderr, r"log.lcm is cut or damaged: \d+ bytes at 1 place left out\n")
         self.log.write_bytes(b"Once upon a time there was no log." * 9)
         refused = script("read_log.py", self.log)
-        self.assertEqual((refused.returncode, refused.stderr), (1, f"{self.log} is no LCM log.\n"))
+        self.assertEqual((refused.returncode, refused.stderr), (1, f"{self.log} is not an LCM log.\n"))
 
     def test_a_lab_whose_log_is_gone_is_not_left_out_unsaid(self):
         """plot refuses the rest, and draws the lab that is there when it is asked for."""

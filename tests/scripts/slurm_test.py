@@ -71,7 +71,7 @@ class Slurm(unittest.TestCase):
             self.assertIn(f"scancel {job} ends it", waiting.stderr.read())
         self.assertEqual(waiting.returncode, 3)
         again = self.batch(text, "out", "--slurm")
-        self.assertIn(f"job {job} is under way", again.stderr)
+        self.assertIn(f"job {job} is running", again.stderr)
         self.assertEqual(again.returncode, 0, again.stdout + again.stderr)
         self.assertIn("6 of 6 runs finished, 0 failed", again.stdout)
 

@@ -110,7 +110,7 @@ class ToldByName(unittest.TestCase):
         self.labs("a", "b")
         begin = "labs = ['a.toml', 'b.toml']\nseeds = '1..20'\n"
         for n, (more, wanted) in enumerate((("[sweep]\narena.robots = [2, 3]\n[[plot]]\ncolumn = 'lid'\nover = 'arena.robots'\n", "did you mean lit?"),
-                                            ("[choices.lit.one]\narena.robots = 2\n[[plot]]\ncolumn = 'lit'\nover = 'lit'\n", "runs count lit, and a factor is called lit"))):
+                                            ("[choices.lit.one]\narena.robots = 2\n[[plot]]\ncolumn = 'lit'\nover = 'lit'\n", "lit is the name of both a count and a factor"))):
             (self.folder / "study.toml").write_text(begin + more)
             code, said = self.command("batch", "study.toml", "--jobs", "1", "--out", f"batch{n}")
             self.assertEqual(code, 2, said)

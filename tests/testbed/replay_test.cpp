@@ -183,7 +183,7 @@ TEST_CASE("replay: folders that are no records end in one sentence") {
   // Proves that a folder without a record, and one whose parts are missing, damaged or of somebody else, is refused
   // with the file; the record of a set-up procedure has words only.
   const tests::TemporaryDirectory folder;
-  CHECK(complains(folder.path(), "is no record of a testbed"));
+  CHECK(complains(folder.path(), "is not a testbed record"));
   folder.write("raw/serial.txt", "# arkmesh serial line 1\n5 open\n");
   CHECK(complains(folder.path(), "facts.json is missing, damaged, or of another version"));
   for (const char* wrong : {"", "[]", "{", R"({"record": 2})", R"({"record": {}})"}) {
@@ -192,7 +192,7 @@ TEST_CASE("replay: folders that are no records end in one sentence") {
   }
   folder.write("raw/facts.json", R"({"record": 1, "arena": "kilobot"})");
   CHECK(complains(folder.path(), ""));
-  CHECK(holds(compare(folder.path()).not_compared, "of no lab's run"));
+  CHECK(holds(compare(folder.path()).not_compared, "does not come from a lab's run"));
 
   folder.write("log.lcm", "");
   for (const char* wrong : {"", "[arena", "[arena]\nrobots = 2\n"}) {

@@ -410,7 +410,7 @@ test("whether robots stand is what cameras saw, never what was said", () => {
   assert.equal(standing_words(paused({ not_standing: unseen })), "robots told to stop; not seen standing: 17 (moving), 3, 40 (not in sight)");
   assert.equal(standing_words(paused()), "robots told to stop; all robots were seen standing");
   assert.equal(standing_words(status()), "");
-  assert.equal(standing_words(status({ wanted: 2, not_standing: [{ robot: 1, why: 0 }, { robot: 2, why: 1 }] })), "robots told to sleep; not seen standing: 1 (not told yet), 2 (still watched)");
+  assert.equal(standing_words(status({ wanted: 2, not_standing: [{ robot: 1, why: 0 }, { robot: 2, why: 1 }] })), "robots told to sleep; not seen standing: 1 (not sent yet), 2 (still watched)");
   assert.match(standing_words(paused({ phase: 4, outcome: 3 })), /unknown after the failure/, "an arena that failed names nobody");
   assert.doesNotMatch(own_words(paused({ not_standing: unseen })), /paused/);
   assert.match(own_words(paused()), /paused by the operator/);

@@ -139,7 +139,7 @@ class AsebaArena final : public Arena {
     }
     if (absent > 0) {
       own_counters_.add("robots.missing_at_start", absent);
-      spdlog::warn("the lab begins without {} of {}: {}", absent, counted(info_.robots.size(), "robot"), missing());
+      spdlog::warn("the lab starts without {} of {}: {}", absent, counted(info_.robots.size(), "robot"), missing());
     }
     put(std::move(*frame));
     wanted_at_ = TimePoint::max();

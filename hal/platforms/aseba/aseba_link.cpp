@@ -188,7 +188,7 @@ void AsebaLink::see_to(RobotId robot, TimePoint now) {
   if (drives && !told.forced && now - told.first >= forced_after) {
     told.forced = nodes_.tell(robot, Type::pause, {}) && nodes_.set_wheels(robot, {});
     counters_.add("robots.program_halted");
-    spdlog::warn("the program of robot {} drives although told to stand; it is halted until robots run again", robot);
+    spdlog::warn("the program of robot {} drives despite the stop command; it is halted until robots resume", robot);
   }
   const bool stands = wheels && wheels->asked_at >= told.at && wheels->stand;
   if (!fresh && now - told.asked < (stands ? wheels_each_later : wheels_each)) return;

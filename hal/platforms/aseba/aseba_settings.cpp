@@ -67,11 +67,11 @@ void AsebaSettings::fields(const Section& aseba) {
                .required = true});
   std::vector<std::string> names;
   for (const KnownMake& one : makes()) names.push_back(one.make.name);
-  aseba.field("robot", make, {.help = "the make of the robots", .one_of = names});
-  aseba.field("first_id", first_id, {.range = {0, 65'535}, .help = "robots have the numbers from this one on"});
+  aseba.field("robot", make, {.help = "type of the robots", .one_of = names});
+  aseba.field("first_id", first_id, {.range = {0, 65'535}, .help = "id of the first robot; the others follow"});
   aseba.field("names_within_s", names_within, {{1, 3600}, "s", "how long finding all robots may take at the start"});
-  aseba.field("may_miss", may_miss, {{0, 1023}, "robots", "how many may be missing then"});
-  aseba.field("words_per_s", words_per_s, {{1, 10'000}, "1/s", "words to all robots together"});
+  aseba.field("may_miss", may_miss, {{0, 1023}, "robots", "how many may then be missing"});
+  aseba.field("words_per_s", words_per_s, {{1, 10'000}, "1/s", "messages to all robots together"});
 }
 
 AsebaSettings read_aseba_settings(const Section& arena, const std::string& lab) {
@@ -113,7 +113,7 @@ std::vector<Connection> open_connections(const Section& aseba, const AsebaSettin
       const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), robot);
       if (error != std::errc{} || end != name.data() + name.size() ||
           !std::ranges::binary_search(settings.info.robots, robot))
-        aseba.refuse("connect", fmt::format("\"{}\" is none of this arena's robots, which are {} to {}", name,
+        aseba.refuse("connect", fmt::format("\"{}\" is not one of this arena's robots, which are {} to {}", name,
                                             settings.info.robots.front(), settings.info.robots.back()));
       connection.robot = robot;
       where = trimmed(std::string_view(where).substr(equals + 1));

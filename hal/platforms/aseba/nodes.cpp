@@ -60,7 +60,7 @@ void Nodes::serve(Line& line, TimePoint now) {
   if (const std::uint64_t damaged = line.reader.damaged_bytes(); damaged > line.damaged) {
     counters_.add("aseba.damaged_bytes", damaged - std::exchange(line.damaged, damaged));
     if (!std::exchange(line.said_damaged, true))
-      spdlog::warn("{}: bytes come that belong to no message of Aseba; they are skipped", line.connection.name);
+      spdlog::warn("{}: received bytes that belong to no Aseba message; they are skipped", line.connection.name);
   }
   if (line.state == ByteStream::State::closed) return lost(line, now);
   if (line.state != ByteStream::State::open || now < line.list_at) return;
@@ -84,7 +84,7 @@ void Nodes::lost(Line& line, TimePoint now) {
   std::vector<RobotId> gone;
   for (const auto& [robot, node] : nodes_)
     if (&lines_[node.line] == &line) gone.push_back(robot);
-  for (const RobotId robot : gone) forget(robot, "is gone with its line");
+  for (const RobotId robot : gone) forget(robot, "is gone with its connection");
   if (std::exchange(line.said_lost, true)) return;
   counters_.add("aseba.line_lost");
   spdlog::warn("{}; trying again", line.connection.stream->error());
@@ -114,7 +114,7 @@ std::optional<RobotId> Nodes::robot_of(const Line& line, const Message& message)
   if (message.type == node_present && strangers_.size() < most_strangers &&
       strangers_.emplace(line.connection.name, number).second) {
     counters_.add("nodes.refused.unknown");
-    spdlog::warn("{}: node {} is none of this lab's robots ({}); it is left alone", line.connection.name, number,
+    spdlog::warn("{}: node {} is not one of this lab's robots ({}); it is ignored", line.connection.name, number,
                  in_words(robots_));
   }
   return {};
@@ -138,7 +138,7 @@ void Nodes::hear(std::size_t line, const Message& message, TimePoint now) {
     node.twice_at = now;
     if (!said_twice_.insert(*robot).second) return;
     counters_.add("nodes.twice");
-    return spdlog::warn("robot {} is node {} of {} and node {} of {}; the second is left alone", *robot, node.number,
+    return spdlog::warn("robot {} is node {} of {} and node {} of {}; the second is ignored", *robot, node.number,
                         lines_[node.line].connection.name, message.source, lines_[line].connection.name);
   }
   node.heard_at = now;
@@ -158,7 +158,7 @@ void Nodes::hear(std::size_t line, const Message& message, TimePoint now) {
     spdlog::warn("the program of robot {} failed: {}", *robot,
                  message.type == out_of_bounds      ? "an index is outside its array"
                  : message.type == division_by_zero ? "division by zero"
-                                                    : "an event came before the last one was done");
+                                                    : "an event arrived before the previous one was handled");
   }
 }
 
@@ -171,7 +171,7 @@ void Nodes::count_present(RobotId robot, Node& node, TimePoint now) {
   node.twice_at = now;
   if (!said_twice_.insert(robot).second) return;
   counters_.add("nodes.twice");
-  spdlog::warn("{}: two nodes have the number {}: give one of them another", line.connection.name, node.number);
+  spdlog::warn("{}: two nodes have the number {}: renumber one of them", line.connection.name, node.number);
 }
 
 void Nodes::learn(RobotId robot, Node& node, const Message& message) {

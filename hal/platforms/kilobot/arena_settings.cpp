@@ -15,9 +15,9 @@ void ArenaSettings::fields(const Section& kilobot) {
                  .sample = "\"/dev/ttyUSB0\"",
                  .required = has_port});
   kilobot.field("ids", ids,
-                {.help = "of the robots, such as [\"0-11\", \"40\"]", .default_is = "0 to arena.robots - 1"});
+                {.help = "ids of the robots, such as [\"0-11\", \"40\"]", .default_is = "0 to arena.robots - 1"});
   kilobot.field("names_within_s", names_within, {{1, 3600}, "s", "how long finding all robots may take at the start"});
-  kilobot.field("may_miss", may_miss, {{0, 1023}, "robots", "how many may be missing then"});
+  kilobot.field("may_miss", may_miss, {{0, 1023}, "robots", "how many may then be missing"});
   overhead.fields(kilobot);
 }
 

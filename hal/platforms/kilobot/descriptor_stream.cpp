@@ -87,8 +87,7 @@ std::size_t DescriptorStream::waiting_bytes() {
 }
 
 ByteStream::State DescriptorStream::lose(int code) {
-  error_ = code == ETIME ? "this program stood still, so that its guard told the robots to stand"
-                         : line_.why_lost(open_, code);
+  error_ = code == ETIME ? "this program was suspended, so its guard stopped the robots" : line_.why_lost(open_, code);
   close();
   return State::closed;
 }

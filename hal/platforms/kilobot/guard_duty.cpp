@@ -180,9 +180,8 @@ class GuardDuty {
     if (silent_ >= hung_after_ && line_ && !speaker_) return speak_for_hung();
     if (silent_ < std::max(kills_after, hung_after_) || (speaker_ && speaker_->is_open())) return;
     say(
-        fmt::format("the program (process {}) has hung for {} s, and nobody can tell its robots to stand as long as it "
-                    "has the port: it is "
-                    "ended",
+        fmt::format("the program (process {}) has hung for {} s, and while it holds the port nothing can stop its "
+                    "robots; the guard ends it",
                     program_, kills_after / 1s));
     ::kill(program_, SIGKILL);
     silent_ = 0ms;

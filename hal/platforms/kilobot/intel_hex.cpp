@@ -62,7 +62,7 @@ class Reader {
       record.push_back(static_cast<std::uint8_t>(high << 4 | low));
     }
     if (record.size() < 5)
-      refuse(fmt::format("the record has {}, but at least 5 are needed", counted(record.size(), "byte")));
+      refuse(fmt::format("the record has {}, but needs at least 5", counted(record.size(), "byte")));
     if (record.size() != record[0] + std::size_t{5})
       refuse(fmt::format("the record announces {} but holds {}", counted(record[0], "data byte"), record.size() - 5));
     std::uint8_t sum = 0;
@@ -100,7 +100,7 @@ class Reader {
       case 5:
         return need(4);
       default:
-        refuse(fmt::format("record type {:02X} is unknown; 00 to 05 are", type));
+        refuse(fmt::format("record type {:02X} is unknown; types are 00 to 05", type));
     }
   }
 
@@ -111,8 +111,8 @@ class Reader {
       const std::uint64_t at = std::uint64_t{base_} + (segmented_ ? (address + offset) & 0xFFFF : address + offset);
       if (at >= max_program_bytes)
         refuse(fmt::format(
-            "the program reaches address 0x{:X}, but robots have room up to 0x{:X} ({} bytes); it is too large or was "
-            "linked for another address",
+            "the program reaches address 0x{:X}, but a robot's memory ends at 0x{:X} ({} bytes); it is too large or "
+            "was linked for another address",
             at, max_program_bytes - 1, max_program_bytes));
       const auto place = static_cast<std::size_t>(at);
       if (is_set_[place])

@@ -195,7 +195,7 @@ class KilobotArena final : public Arena {
   // The eyes go on looking for the others.
   void begin_without(const std::vector<RobotId>& robots) {
     own_counters_.add("robots.missing_at_start", robots.size());
-    spdlog::warn("the lab begins without {} of {} ({}): they get no messages until they are found", robots.size(),
+    spdlog::warn("the lab starts without {} of {} ({}): they are sent no messages until they are found", robots.size(),
                  counted(info_.robots.size(), "robot"), in_words(robots));
   }
 
@@ -204,17 +204,17 @@ class KilobotArena final : public Arena {
   // What the wait at the beginning waits for.
   std::string missing() const {
     if (!controller_.is_up() && !port_.is_open())
-      return port_.error().empty() ? "the overhead controller does not answer the connection" : port_.error();
+      return port_.error().empty() ? "the overhead controller does not accept the connection" : port_.error();
     if (!controller_.is_up()) return "the overhead controller is starting";
-    if (!has_picture()) return eyes_->error().empty() ? "the cameras give no picture" : eyes_->error();
+    if (!has_picture()) return eyes_->error().empty() ? "the cameras deliver no picture" : eyes_->error();
     const std::vector<RobotId> robots = unnamed();
-    if (robots.empty()) return "not every robot has been seen and named";
+    if (robots.empty()) return "not every robot has been seen and identified";
     return fmt::format(
-        "{} of {} robots have not been seen and named ({}); are they in the arena, in view of the cameras and switched "
-        "on, and are these their ids?{} arena.kilobot.may_miss lets the lab begin without some",
+        "{} of {} robots have not been seen and identified ({}); are they in the arena, in view of the cameras and "
+        "switched on, and are these their ids?{} arena.kilobot.may_miss lets the lab start without some",
         robots.size(), info_.robots.size(), in_words(robots),
         robots.size() == info_.robots.size()
-            ? " Does their program include <arkmesh_id.h>? Without it a robot cannot say who it is."
+            ? " Does their program include <arkmesh_id.h>? Without it a robot cannot send its id."
             : "");
   }
 
@@ -279,7 +279,7 @@ class KilobotArena final : public Arena {
     const std::vector<RobotId> resting = judge_.take_resting();
     if (!should_stand() && !resting.empty()) {
       // one that was switched off and on waits for everything; many programs let robots stand
-      spdlog::info("{} of {} robots have not moved for a while although they were told to run: {}", resting.size(),
+      spdlog::info("{} of {} robots have not moved for a while despite the run command: {}", resting.size(),
                    info_.robots.size(), in_words(resting));
       for (const RobotId robot : resting) controller_.note_restart(robot);
     }
@@ -299,7 +299,7 @@ class KilobotArena final : public Arena {
     walkers_ = std::move(walkers);
     if (fresh.empty()) return;
     own_counters_.add("robots.moved_when_told_to_stand", fresh.size());
-    spdlog::warn("robots move although told to stop; the command is repeated: {}", in_words(fresh));
+    spdlog::warn("robots move despite the stop command, which is repeated: {}", in_words(fresh));
   }
 
   // Towards the end. False: not yet, and there is still time.
@@ -334,7 +334,8 @@ class KilobotArena final : public Arena {
     ++frames_;
     own_counters_.add("poses.lost.no_picture");
     if (stamp - seen_at_ > blind_after && stamp - info_.frame_period - seen_at_ <= blind_after)
-      spdlog::warn("the cameras have given no picture for {} s", std::chrono::duration<double>(blind_after).count());
+      spdlog::warn("the cameras have delivered no picture for {} s",
+                   std::chrono::duration<double>(blind_after).count());
   }
 
   void put(PoseFrame frame, LabTime stamp) {

@@ -30,7 +30,7 @@ struct LayoutName {
   Name name = Name::ark;
   void fields(const Section& kilobot) {
     kilobot.field("layout", name,
-                  {.help = "bits of id, kind and value in what robots are sent; or a table with the keys below",
+                  {.help = "bits of id, kind and value in a message to a robot; or a table with the keys below",
                    .one_of = {named[0].name, named[1].name, named[2].name, named[3].name}});
   }
 };
@@ -38,14 +38,14 @@ struct LayoutName {
 struct LayoutTable {
   WordLayout layout;
   void fields(const Section& table) {
-    table.field("id_bits", layout.id_bits, {{7, 10}, "bits", "of the robot's id, the most significant"});
-    table.field("kind_bits", layout.kind_bits, {{0, 4}, "bits", "of the kind; the rest of 24 is the value"});
-    table.field("type", layout.type, {{0, 127}, "", "of the infrared messages that carry words"});
+    table.field("id_bits", layout.id_bits, {{7, 10}, "bits", "bits of the robot's id, the most significant"});
+    table.field("kind_bits", layout.kind_bits, {{0, 4}, "bits", "bits of the kind; the rest of 24 is the value"});
+    table.field("type", layout.type, {{0, 127}, "", "type of the infrared messages"});
   }
   void check(const Section& table) const {
     // tracker/identity: robots are asked for their ids by these
     if (layout.type >= 118 && layout.type <= 120)
-      table.refuse("type", "is one of 118 to 120, by which robots are asked for their ids; choose another");
+      table.refuse("type", "is one of 118 to 120, which identification uses; choose another");
   }
 };
 

@@ -37,7 +37,7 @@ std::uint16_t parse_number(const std::string& text, int most, const std::string&
   int value = -1;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, hex ? 16 : 10);
   if (digits.empty() || error != std::errc{} || end != digits.data() + digits.size() || value < 0 || value > most)
-    throw WrongWord(name, fmt::format("'{}' is no number from 0 to {}", text, most));
+    throw WrongWord(name, fmt::format("'{}' is not a number from 0 to {}", text, most));
   return static_cast<std::uint16_t>(value);
 }
 
@@ -71,7 +71,7 @@ Packet message_packet(const std::vector<std::string>& numbers) {
     throw WrongWord(
         "TYPE",
         fmt::format(
-            "{} belongs to the robots' library; programs have 0 to 127, and commands have names: run, pause, ...",
+            "{} is reserved for the robots' library; programs use 0 to 127, and commands have names: run, pause, ...",
             type));
   if (numbers.size() > 10) throw WrongWord("BYTES", fmt::format("a message holds 9 bytes, not {}", numbers.size() - 1));
   std::array<std::uint8_t, 9> data{};

@@ -37,8 +37,8 @@ OhcSession::OhcSession(const std::string& port, std::chrono::microseconds settle
     sender_.poll(now());
     if (!port_.is_open() && !port_.error().empty()) throw std::runtime_error(port_.error() + lock_->guarded_words());
     if (!port_.is_open() && now() - begun > opening_takes_at_most)
-      throw std::runtime_error(fmt::format("{}: no answer for {} s; is that machine on, and the address right?{}", port,
-                                           opening_takes_at_most.count(), lock_->guarded_words()));
+      throw std::runtime_error(fmt::format("{}: no answer for {} s; is that machine on, and is the address right?{}",
+                                           port, opening_takes_at_most.count(), lock_->guarded_words()));
     status_.show(port_.is_open() ? "waiting for the controller, which may be starting"
                                  : fmt::format("connecting with {}", port));
     wait();

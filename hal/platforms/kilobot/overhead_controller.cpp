@@ -40,15 +40,18 @@ std::vector<RobotId> blank(MessageRegisters::Outgoing& outgoing, const WordLayou
 }  // namespace
 
 void OverheadSettings::fields(const Section& kilobot) {
-  kilobot.field("once", once, {.help = "composites are sent once (packet type 6), not repeated for the spacing"});
-  kilobot.field("spacing_s", spacing, {{0.04, 10}, "s", "start to start of packets; at least 0.05, or once = true"});
+  kilobot.field("once", once,
+                {.help = "send each composite once (packet type 6), instead of repeating it for the spacing"});
+  kilobot.field("spacing_s", spacing,
+                {{0.04, 10}, "s", "time from the start of a packet to the next; at least 0.05, unless once = true"});
   kilobot.field("command_s", command_for, {{0.05, 60}, "s", "how long a command to all robots is repeated"});
   kilobot.field("broadcast_s", broadcast_for, {{0.05, 60}, "s", "how long a broadcast is repeated"});
-  kilobot.field("waking_s", waking_for, {{0.05, 60}, "s", "likewise the command after `sleep`"});
+  kilobot.field("waking_s", waking_for, {{0.05, 60}, "s", "how long the command after `sleep` is repeated"});
   kilobot.field("expire_s", expire_after,
-                {{0, 3600}, "s", "what a line that is down keeps waiting so long is dropped"});
-  kilobot.field("again_s", again_after, {{0, 10}, "s", "what stays on the air is sent again after that; 0: never"});
-  kilobot.field("settle_s", settle, {{0, 60}, "s", "a controller that starts when its port opens is deaf so long"});
+                {{0, 3600}, "s", "messages that wait this long for a lost connection are dropped"});
+  kilobot.field("again_s", again_after, {{0, 10}, "s", "standing messages are sent again after this time; 0: never"});
+  kilobot.field("settle_s", settle,
+                {{0, 60}, "s", "how long a controller that starts when its port opens receives nothing"});
 }
 
 void OverheadSettings::check(const Section& kilobot) const {
@@ -57,7 +60,7 @@ void OverheadSettings::check(const Section& kilobot) const {
                    "must be at least 0.05: the next packet distorts what the controller repeats; 0.04 is possible with "
                    "once = true");
   if (again_after > microseconds{0} && again_after < usual_spacing)
-    kilobot.refuse("again_s", "must be 0 or at least 0.055: each copy needs its time on the air");
+    kilobot.refuse("again_s", "must be 0 or at least 0.055, the airtime of a copy");
 }
 
 LabTime message_period(const Section& arena) {

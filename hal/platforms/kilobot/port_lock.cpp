@@ -130,7 +130,7 @@ Handle open_lock(const std::string& port, const std::string& file) {
   const std::string whose = ::lstat(file.c_str(), &about) == 0
                                 ? fmt::format("; it belongs to user {}, who can remove it", user(about.st_uid))
                                 : "";
-  throw PortError(fmt::format("{}: {} cannot be opened, which tells who has the port: {}{}", port, file,
+  throw PortError(fmt::format("{}: {}, which names the user of the port, cannot be opened: {}{}", port, file,
                               std::strerror(code), whose));
 }
 
@@ -139,7 +139,7 @@ std::string taken(const std::string& port, int file) {
   const pid_t process = locked_by(file);
   if (holder.state == PortHolder::State::hung)
     return fmt::format(
-        "{} is driven by {} (process {}), which hangs: its guard tells the robots to stand, and goes on when that "
+        "{} is driven by {} (process {}), which hangs; its guard is stopping the robots, and continues once that "
         "process is ended: kill -9 {}",
         port, holder.who, holder.process, holder.process);
   struct stat about {};
@@ -229,7 +229,7 @@ bool PortLock::is_wanted() const {
 std::string PortLock::guarded_words() const {
   const Handle file(::open(guard_file(port_).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   if (!file || !is_set(file.get(), guard_byte)) return {};
-  return fmt::format("; {} of an earlier program keeps telling the robots to stop, as soon as it reaches them",
+  return fmt::format("; {} of an earlier program keeps stopping the robots once it reaches them",
                      StandGuard::process_name);
 }
 

@@ -35,8 +35,8 @@ std::vector<RobotId> read_robot_ids(const Section& arena, const WordLayout& layo
     if (!first || !last || *first > *last)
       kilobot.refuse("ids", fmt::format("\"{}\" is neither an id nor a range such as \"0-11\"", part));
     if (*last > most)
-      kilobot.refuse("ids", fmt::format("{} is above {}, the largest id that the layout {} can name", *last, most,
-                                        name_of(layout)));
+      kilobot.refuse("ids",
+                     fmt::format("{} is above {}, the largest id in the layout {}", *last, most, name_of(layout)));
     for (RobotId id = *first; id <= *last; ++id) out.push_back(id);
   }
   std::ranges::sort(out);
@@ -45,11 +45,11 @@ std::vector<RobotId> read_robot_ids(const Section& arena, const WordLayout& layo
   if (out.empty()) {
     if (robots > most + 1)
       arena.refuse("robots",
-                   fmt::format("must be at most {}: the layout {} can name so many", most + 1, name_of(layout)));
+                   fmt::format("must be at most {}, the number of ids in the layout {}", most + 1, name_of(layout)));
     for (RobotId id = 0; id < robots; ++id) out.push_back(id);
   } else if (out.size() != robots) {
     kilobot.refuse(
-        "ids", fmt::format("lists {}, but arena.robots is {}; make them agree", counted(out.size(), "robot"), robots));
+        "ids", fmt::format("lists {}, but arena.robots is {}; make them equal", counted(out.size(), "robot"), robots));
   }
   return out;
 }

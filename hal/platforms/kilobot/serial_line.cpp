@@ -137,7 +137,7 @@ Handle open_device(const std::string& path, int baud) {
   need(::flock(out.get(), LOCK_EX | LOCK_NB) == 0);
   if (port) ::ioctl(out.get(), TIOCEXCL);
   if (!(port ? set_port(port.get(), baud) : set_terminal(out.get(), baud)))
-    throw PortError(fmt::format("{} does not take {} baud, 8N1: {}", path, baud, std::strerror(errno)));
+    throw PortError(fmt::format("{} does not support {} baud, 8N1: {}", path, baud, std::strerror(errno)));
   ::tcflush(out.get(), TCIOFLUSH);
   return out;
 }

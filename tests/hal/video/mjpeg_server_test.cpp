@@ -239,5 +239,5 @@ TEST_CASE("a port that is taken, and an address that is none, are refused with a
   const MjpegServer first("127.0.0.1", 0);
   CHECK_THROWS_WITH_AS(MjpegServer("127.0.0.1", first.port()), doctest::Contains("is in use by another program"),
                        std::runtime_error);
-  CHECK_THROWS_WITH_AS(MjpegServer("nowhere", 0), doctest::Contains("is no address"), std::runtime_error);
+  CHECK_THROWS_WITH_AS(MjpegServer("nowhere", 0), doctest::Contains("is not an address"), std::runtime_error);
 }

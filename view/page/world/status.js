@@ -47,7 +47,7 @@ export function robots_words(ascending) {
 export function not_standing_words(status) {
   const all = status?.["not_standing"];
   if (!Array.isArray(all)) return undefined;
-  const reasons = [["moving", "moving"], ["not_in_sight", "not in sight"], ["not_named", "never identified"], ["not_told", "not told yet"], ["not_yet", "still watched"]];
+  const reasons = [["moving", "moving"], ["not_in_sight", "not in sight"], ["not_named", "never identified"], ["not_told", "not sent yet"], ["not_yet", "still watched"]];
   const words = reasons.map(([why, says]) => {
     const robots = all.filter((one) => names.why[one.why] === why).map((one) => one.robot);
     return robots.length ? `${robots_words(robots)} (${says})` : "";

@@ -126,7 +126,7 @@ TEST_CASE("aseba arena: stop") {
   bench.sight->covered = true;
   bench.arena->robots().command({Kind::pause});
   bench.pass(1s);
-  CHECK(bench.not_standing() == "1-3 (not told yet)");
+  CHECK(bench.not_standing() == "1-3 (not sent yet)");
   // a node that comes back is told, and stands
   bench.line->plugged = true;
   bench.line->node(2).delay = 0ms;
@@ -214,7 +214,7 @@ TEST_CASE("aseba arena: keys that are wrong") {
   CHECK(of_connect(" ").find("one of its names is empty") != std::string::npos);
   CHECK(of_connect("udp:here").find("write tcp:HOST:PORT, or a device") != std::string::npos);
   CHECK(of_connect("tcp:127.0.0.1").find("write tcp://host:port") != std::string::npos);
-  CHECK(of_connect("9 = tcp:127.0.0.1:1").find("\"9\" is none of this arena's robots, which are 1 to 3") !=
+  CHECK(of_connect("9 = tcp:127.0.0.1:1").find("\"9\" is not one of this arena's robots, which are 1 to 3") !=
         std::string::npos);
   CHECK(of_connect("tcp:127.0.0.1:1, 3 = /dev/ttyACM9").empty());
 }

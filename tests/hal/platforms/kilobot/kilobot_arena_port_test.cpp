@@ -89,7 +89,7 @@ TEST_CASE("kilobot arena: configuration") {
   CHECK(holds(error(port + "kilobot.names_within_s = 0"), "names_within_s"));
 
   CHECK(holds(error(port + "kilobot.layout = \"8+16\"\nkilobot.ids = [\"250-255\"]"),
-              "255 is above 254, the largest id that the layout 8+16 can name"));
+              "255 is above 254, the largest id in the layout 8+16"));
 
   CHECK(read_robot_ids(section("kilobot.ids = [\"40\", \"3-5\"]"), ark_layout) ==
         std::vector<hal::RobotId>{3, 4, 5, 40});

@@ -137,11 +137,11 @@ TEST_CASE("kilobot arena: not ready in time") {
   nameless.eyes_see->in_doubt = {1, 2, 3};
   const std::string said = nameless.failure();
   CAPTURE(said);
-  CHECK(has_part(said, "within 20 s: 3 of 4 robots have not been seen and named (1-3)"));
+  CHECK(has_part(said, "within 20 s: 3 of 4 robots have not been seen and identified (1-3)"));
 
   Testbed blind("kilobot.names_within_s = 20");
   blind.eyes_see->covered = true;
-  CHECK(has_part(blind.failure(), "the cameras give no picture"));
+  CHECK(has_part(blind.failure(), "the cameras deliver no picture"));
 
   Testbed mute("kilobot.names_within_s = 20");
   mute.cable->plugged = false;
@@ -166,12 +166,12 @@ TEST_CASE("kilobot arena: begins without somebody") {
     Testbed nameless("kilobot.names_within_s = 20");
     nameless.eyes_see->looks_for_picture = looks;
     nameless.eyes_see->in_doubt = {1, 2, 3};
-    CHECK(has_part(nameless.failure(), "within 20 s: 3 of 4 robots have not been seen and named (1-3)"));
+    CHECK(has_part(nameless.failure(), "within 20 s: 3 of 4 robots have not been seen and identified (1-3)"));
   }
 
   Testbed two("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
   two.eyes_see->in_doubt = {2, 3};
-  CHECK(has_part(two.failure(), "2 of 4 robots have not been seen and named (2, 3)"));
+  CHECK(has_part(two.failure(), "2 of 4 robots have not been seen and identified (2, 3)"));
 
   Testbed stopped("kilobot.names_within_s = 20\nkilobot.may_miss = 1");
   stopped.eyes_see->in_doubt = {2};
@@ -432,7 +432,7 @@ TEST_CASE("kilobot arena: whoever is out of sight, or was not told, is not said 
   testbed.cable->plugged = false;
   testbed.arena->robots().command({Kind::pause});
   testbed.frame(60);
-  CHECK(hal::in_words(testbed.arena->not_standing()) == "0-3 (not told yet)");
+  CHECK(hal::in_words(testbed.arena->not_standing()) == "0-3 (not sent yet)");
   testbed.cable->plugged = true;
   testbed.frame(95);  // 0.25 s to find the line, 2.5 s to settle, 0.5 s for the word
   CHECK(hal::in_words(testbed.arena->not_standing()) == "0-3 (still watched)");

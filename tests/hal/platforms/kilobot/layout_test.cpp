@@ -90,7 +90,7 @@ TEST_CASE("layout: keys") {
   CHECK(holds(error_in("kilobot.layout = { type = 119 }"), "118 to 120"));
   CHECK(holds(error_in("kilobot.layout = 8"), "arena.kilobot.layout = 8"));
   CHECK(holds(error_in("robots = 128\nkilobot.layout = \"7+17\""),
-              "must be at most 127: the layout 7+17 can name so many"));
+              "must be at most 127, the number of ids in the layout 7+17"));
   CHECK(error_in("robots = 127\nkilobot.layout = \"7+17\"") == "none");
   CHECK(layout_of(kind_of({7, 1, 9}, WholeMessages::to_nobody)) == WordLayout{7, 1, 9});
   CHECK(layout_of(RobotKind{}) == ark_layout);
