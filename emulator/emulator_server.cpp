@@ -44,6 +44,7 @@ EmulatorServer::EmulatorServer(hal::EventLoop& loop, Emulator& emulator, Emulato
     });
   else
     reader_.emplace(loop, config.listen, config.ohc_port, config.ohc_link, [this](SerialReader::Chunk chunk) {
+      if (chunk.bytes.empty()) return drop_chunks();
       chunks_.push_back(std::move(chunk));
       if (chunks_.size() == 1) write_bytes();
     });
@@ -104,9 +105,13 @@ void EmulatorServer::follow_plug() {
   if (!reader_ || plugged_ == emulator_.ohc_plugged()) return;
   plugged_ = !plugged_;
   reader_->set_plugged(plugged_);
+  drop_chunks();
+  on_terminal_();
+}
+
+void EmulatorServer::drop_chunks() {
   for (const SerialReader::Chunk& chunk : chunks_) reader_->done(chunk.bytes.size());
   chunks_.clear();
-  on_terminal_();
 }
 
 void EmulatorServer::wait_for_frame() {

@@ -48,6 +48,7 @@ class EmulatorServer {
   void advance_to(TimePoint moment);
   void write_bytes();
   void follow_plug();
+  void drop_chunks();
   void serve_nodes();
   void wait_for_frame();
   void take_pictures();

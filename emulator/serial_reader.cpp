@@ -56,12 +56,16 @@ struct SerialReader::Thread {
         again.expires_after(accept_again_after);
         return again.async_wait([this](error_code) { accept(); });
       }
-      // others are sent away at once, as from a port that is in use
-      if (plugged && !host.stream.is_open()) {
-        host.stream = std::move(socket);
-        read(host);
-      }
-      accept();
+      // behind what the last host's end has to say
+      asio::post(own, [this, socket = std::move(socket)]() mutable {
+        drop_reset_host();
+        // others are sent away at once, as from a port that is in use
+        if (plugged && !host.stream.is_open()) {
+          host.stream = std::move(socket);
+          read(host);
+        }
+        accept();
+      });
     });
   }
 
@@ -70,17 +74,30 @@ struct SerialReader::Thread {
     if (from.reading || !from.stream.is_open() || held_bytes >= max_held_bytes) return;
     from.reading = true;
     from.stream.async_read_some(asio::buffer(from.buffer), [this, &from](error_code error, std::size_t bytes) {
-      const TimePoint now = std::chrono::steady_clock::now();
       from.reading = false;
-      if (bytes > 0) {
-        held_bytes += bytes;
-        asio::post(loop, [to = take, chunk = Chunk{now, {from.buffer.begin(), from.buffer.begin() + bytes}}]() mutable {
-          if (const auto living = to.lock()) (*living)(std::move(chunk));
-        });
-      }
+      held_bytes += bytes;
+      if (bytes > 0) pass_on({from.buffer.begin(), from.buffer.begin() + static_cast<std::ptrdiff_t>(bytes)});
       // cut off by set_plugged(): there may be another terminal by now
       if (error && error != asio::error::operation_aborted) close(from.stream);
+      if (error == asio::error::connection_reset) pass_on({});
       read(from);
+    });
+  }
+
+  // As ser2net with `kickolduser` does: a host that has reset its connection is gone with what nobody has read.
+  void drop_reset_host() {
+    int code = 0;
+    socklen_t length = sizeof code;
+    if (!host.stream.is_open() ||
+        ::getsockopt(host.stream.native_handle(), SOL_SOCKET, SO_ERROR, &code, &length) != 0 || code == 0)
+      return;
+    close(host.stream);
+    pass_on({});
+  }
+
+  void pass_on(std::vector<std::uint8_t> bytes) {
+    asio::post(loop, [to = take, chunk = Chunk{std::chrono::steady_clock::now(), std::move(bytes)}]() mutable {
+      if (const auto living = to.lock()) (*living)(std::move(chunk));
     });
   }
 
@@ -118,6 +135,7 @@ SerialReader::~SerialReader() {
 void SerialReader::done(std::size_t bytes) {
   asio::post(reading_->own, [t = reading_.get(), bytes] {
     t->held_bytes -= bytes;
+    t->drop_reset_host();
     t->read(t->terminal);
     t->read(t->host);
   });

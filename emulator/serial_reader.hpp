@@ -22,7 +22,7 @@ class SerialReader {
   using TimePoint = std::chrono::steady_clock::time_point;
   struct Chunk {
     TimePoint at;
-    std::vector<std::uint8_t> bytes;
+    std::vector<std::uint8_t> bytes;  // none: the host has reset its connection, what is not on the line yet is lost
   };
 
   // Opens a pseudo-terminal (with a link to it unless `link` is empty) and a TCP port, which takes one host at a time,

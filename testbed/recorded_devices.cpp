@@ -28,6 +28,7 @@ class RecordedStream final : public ByteStream {
     return written;
   }
   std::size_t waiting_bytes() override { return stream_->waiting_bytes(); }
+  bool reset() override { return stream_->reset(); }
   const std::string& error() const override { return stream_->error(); }
   std::span<const std::uint8_t> heard() const override { return stream_->heard(); }
 

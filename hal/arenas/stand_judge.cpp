@@ -71,7 +71,8 @@ void StandJudge::look(const PoseFrame& frame, TimePoint now) {
     while (places.size() > 2 && now - places[1].at >= looks_for) places.pop_front();
     Rest& rest = rests_.try_emplace(robot.robot, Rest{place}).first->second;
     if (distance_m({rest.at.x_m, rest.at.y_m}, {place.x_m, place.y_m}) > still_within_m) {
-      rest = {place};
+      rest = {place, rests_after, true};
+      walked_[robot.robot] = place.at;
     } else if (place.at - rest.at.at >= rest.until) {
       rest.until *= 2;
       resting_.push_back(robot.robot);
@@ -148,6 +149,13 @@ std::vector<NotStanding> StandJudge::not_standing(TimePoint now) const {
     if (why) out.push_back({robot, *why});
   }
   return out;
+}
+
+bool StandJudge::most_walk_on(TimePoint told) const {
+  const auto walked =
+      std::ranges::count_if(walked_, [&](const auto& robot) { return robot.second > told - looks_for; });
+  const auto on = std::ranges::count_if(rests_, [](const auto& robot) { return robot.second.came; });
+  return on > 0 && 2 * on >= walked;
 }
 
 std::vector<RobotId> StandJudge::take_carried() {

@@ -30,7 +30,6 @@ LINE_AWAY_S = 8
 SEEN_TO_STAND_S = 10                    # for so long an arena tells its robots to stand at the end
 HUNG_S = 3                              # safety.hung_s
 STAND_WITHIN_S = 3.5                    # of the lab's end, or of when its controller can be reached: settle_s + 1
-DRAINS_S = 132 / 0.055 / 3840           # a stalled line needs for what a second of the run wrote into it: most bytes written by those carried
 ROBOTS = 3
 
 
@@ -237,7 +236,7 @@ class Cell:
         code, said = self.command("pause", self.out / "roark.toml", limit_s=300)
         if code not in (0, 4):
             self.problems.append(f"pause at a stalled line ends with {code}: {said.strip()[-200:]}")
-        stands = max(begin + seconds, told) + DRAINS_S * min(told - begin, seconds)
+        stands = max(begin + seconds, told)
         self.until(300, lambda: self.emulator_time_s() > stands + STAND_WITHIN_S + 2.5, "the emulator's time")
         self.judge_stillness(stands)
         self.command("resume", self.out / "roark.toml", limit_s=300)

@@ -297,8 +297,7 @@ def page():
              "A cell gives the `state` in the lab's `result.json` and the lab's exit code, and the peer's where it differs. In each cell the lab ends or",
              "continues within `gate.patience_s` (and a few seconds to notice and to end), reports the reason in one sentence, and leaves a readable recording. A",
              "killed lab's result says `running` until the next start marks it as `killed`. Real robots stop within 3.5 s of the lab's end, however it ended, and",
-             "of the moment when its controller is reachable again, by the emulator's record. A line that stalls delivers first what the run has written into it,",
-             "so robots may stop later by up to 0.63 s for each second of the stall before the pause. A stopped",
+             "of the moment when its controller is reachable again, by the emulator's record, also on a TCP line that held bytes back. A stopped",
              "lab exits with 4 if its cameras did not see them stand in time. A strict run that finishes has the hash of an undisturbed one.", ""]
     lines += links_page()
     lines += ["## What robots know", "", "All robots show what they were told last by `lab.tell` or `lab.parameters`, in Python and C++, within 15 s of the fault's end:", "",

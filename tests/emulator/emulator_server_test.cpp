@@ -186,6 +186,30 @@ TEST_CASE("bytes keep the time of their arrival while the emulator draws") {
   CHECK(bytes < 4096 + 1024);
 }
 
+TEST_CASE("what a host has written is lost where it resets its connection, and the next host is let in") {
+  // The reader holds what a line takes in a second; the rest waits in the connection, and goes with it.
+  hal::EventLoop loop;
+  std::size_t bytes = 0, resets = 0;
+  SerialReader reader(loop, "127.0.0.1", 0, "", [&](const SerialReader::Chunk& chunk) {
+    bytes += chunk.bytes.size();
+    resets += chunk.bytes.empty();
+  });
+  Handle first = connect_to(reader.port());
+  const std::vector<std::uint8_t> much(20'000, 0x55);
+  REQUIRE(::write(first.get(), much.data(), much.size()) == 20'000);
+  CHECK(run_until(loop, [&] { return bytes >= 4096; }));
+  const linger at_once{.l_onoff = 1, .l_linger = 0};
+  REQUIRE(::setsockopt(first.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once) == 0);
+  first = Handle();
+  const Handle second = connect_to(reader.port());
+  REQUIRE(::write(second.get(), much.data(), 100) == 100);
+  CHECK(run_until(loop, [&] { return resets == 1; }));
+  const std::size_t held = bytes;
+  CHECK(held < 4096 + 1024);
+  reader.done(held);
+  CHECK(run_until(loop, [&] { return bytes == held + 100; }));
+}
+
 TEST_CASE("a terminal that a host took for itself is free when the host has gone, and not before") {
   // As with a serial line; what the host wrote last is read, too. Three hosts, one after the other, and each keeps the
   // terminal for longer than the emulator takes to look.

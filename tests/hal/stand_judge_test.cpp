@@ -220,3 +220,25 @@ TEST_CASE("who has not left its place is told, less and less often") {
   w.run(3s);
   CHECK(w.judge.take_resting() == both);
 }
+
+TEST_CASE("that most robots walk on is known within a second, and not of robots that rest") {
+  // Of ten, five walk when they are told to stand, and so many of these go on.
+  for (const RobotId on : {RobotId{0}, RobotId{1}, RobotId{2}, RobotId{3}, RobotId{5}}) {
+    CAPTURE(on);
+    Watch w;
+    RobotId walkers = 5;
+    double stood_m = 0;
+    w.change = [&](Observation& seen, double s) {
+      seen.pose.x_m += seen.robot < walkers ? 0.01 * s : seen.robot < 5 ? stood_m : 0;
+      return true;
+    };
+    w.run(3s);
+    walkers = on;
+    stood_m = 0.01 * w.s();
+    w.judge.begin();
+    const TimePoint told = w.now;
+    CHECK_FALSE(w.judge.most_walk_on(told));
+    w.run(800ms);
+    CHECK(w.judge.most_walk_on(told) == (on >= 3));
+  }
+}

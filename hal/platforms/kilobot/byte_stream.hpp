@@ -37,6 +37,9 @@ class ByteStream {
   virtual std::size_t write(std::span<const std::uint8_t> bytes) = 0;
   // Bytes taken that have not left this machine's buffers, as far as the system tells.
   virtual std::size_t waiting_bytes() = 0;
+  // Ends an open connection so that what its other end has not read is lost there, where the other end does so. False:
+  // it is none, and stays.
+  virtual bool reset() { return false; }
   // Why it is closed or could not be opened, one sentence; empty while nothing went wrong.
   virtual const std::string& error() const = 0;
 };

@@ -45,6 +45,7 @@ class DescriptorStream final : public ByteStream {
   std::span<const std::uint8_t> heard() const override { return {heard_.data(), heard_bytes_}; }
   std::size_t write(std::span<const std::uint8_t> bytes) override;
   std::size_t waiting_bytes() override;
+  bool reset() override;
   const std::string& error() const override { return error_; }
 
  private:

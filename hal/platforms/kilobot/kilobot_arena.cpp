@@ -295,6 +295,7 @@ class KilobotArena final : public Arena {
       if (robot.why == NotStanding::Why::not_yet) all_judged = false;
     }
     if (!walkers.empty() || (ran_ && !all_judged)) controller_.urge(now());
+    if (judge_.most_walk_on(*controller_.said_since())) controller_.doubt_line();
     std::ranges::set_difference(walkers, walkers_, std::back_inserter(fresh));
     walkers_ = std::move(walkers);
     if (fresh.empty()) return;
@@ -366,17 +367,16 @@ class KilobotArena final : public Arena {
   std::optional<TimePoint> begun_at_;          // the first advance_to
   TimePoint looked_at_{};
   std::optional<TimePoint> picture_at_;  // the last look while beginning that gave a frame
-  bool was_up_ = false;
   StandJudge judge_;
   std::shared_ptr<StandGuard> guard_;                                            // null: none
   std::pair<std::optional<FleetCommand::Kind>, std::optional<TimePoint>> told_;  // what is judged, and since when
-  bool ran_ = false;                                                             // robots were told to, at any time
-  std::vector<RobotId> walkers_;                                                 // as last said
-  std::set<RobotId> carried_;                                                    // likewise, until they stand
-  TimePoint last_until_{};                                                       // of the ending
-  std::vector<NotStanding> judged_;  // at the last look: whoever asks between looks learns nothing newer
-  std::int64_t frames_ = 0;          // made or lost so far; also the next one's number
-  LabTime seen_at_{0};               // stamp of the last frame that was made
+  bool ran_ = false, was_up_ = false;  // robots were told to, at any time; the controller
+  std::vector<RobotId> walkers_;       // as last said
+  std::set<RobotId> carried_;          // likewise, until they stand
+  TimePoint last_until_{};             // of the ending
+  std::vector<NotStanding> judged_;    // at the last look: whoever asks between looks learns nothing newer
+  std::int64_t frames_ = 0;            // made or lost so far; also the next one's number
+  LabTime seen_at_{0};                 // stamp of the last frame that was made
 };
 
 }  // namespace

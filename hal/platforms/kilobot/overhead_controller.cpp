@@ -91,7 +91,8 @@ void OverheadController::command(const FleetCommand& command) {
   ran_ = wanted_ == Kind::run;
   wanted_ = command.kind == Kind::reset ? Kind::pause : command.kind;
   said_since_.reset();
-  urged_ = false;
+  urged_ = reset_ = false;
+  sender_.expect_start();
   urges_ = 0;
   walking_until_ = {};
   cut_ = makes_stand(command);
@@ -114,6 +115,12 @@ void OverheadController::urge(TimePoint now) {
   walking_until_ = now + walks_until_seen;
   urged_ = urges_ < urged_at_length;
   again_at_ = std::min(again_at_, now + (urged_ ? urged_again_after : urged_later_after));
+}
+
+void OverheadController::doubt_line() {
+  if (reset_ || wanted_ != Kind::pause || !said_since_ || !sender_.reset()) return;
+  reset_ = true;
+  counters_.add("overhead.connection_reset");
 }
 
 void OverheadController::withhold(std::span<const RobotId> robots, TimePoint now) {
@@ -145,7 +152,8 @@ void OverheadController::poll(TimePoint now) {
   const bool wants_composite = !held_ && now >= walking_until_ && (composite_ || registers_.has_waiting());
   if (question_ && (asked_ != question_ || !wants_composite) && send_question(now)) return;
   if (wants_composite && send_composite(now)) return;
-  if (!question_) send_stop(now);
+  // a line that held bytes back may bring the stop right behind the pause
+  if (!question_ && !(reset_ && now < walking_until_)) send_stop(now);
 }
 
 // A stop that the line spoils would leave the last words on the air for ever.
@@ -223,6 +231,7 @@ void OverheadController::repeat_word(TimePoint now) {
 
 bool OverheadController::send_command(TimePoint now) {
   if (commands_.empty() || (held_ && !makes_stand(commands_.front()))) return false;
+  if (reset_ && repeated_ && sender_.is_repeating()) return sender_.separate(now), true;
   const FleetCommand command = commands_.front();
   const microseconds all = length_of(command), first = says_again() ? std::min(all, settings_.again_after) : all;
   // true even if a stop had to go first: nothing may overtake
@@ -306,6 +315,7 @@ void OverheadController::stop_sending(TimePoint now) {
   finish();
   counters_.add("fleet_command.expired", commands_.drop_all());
   on_air_command_.reset();
+  walking_until_ = {};
   wanted_.reset();
   sender_.cut_short(now);
 }

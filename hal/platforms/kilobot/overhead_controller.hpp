@@ -41,7 +41,7 @@ LabTime message_period(const Section& arena);
 
 // Counts `fleet_command.sent`, `.said_again` (a word that stands), `.replaced`, `.cut_short`, `.repeated_after_loss`,
 // `.expired`, `.refused.type`, `.refused.too_many`, `to_robots.expired`, `to_robots.withheld.doubtful`,
-// `overhead.questions`, `.dropped.composite`, and what its parts count.
+// `overhead.questions`, `.connection_reset`, `.dropped.composite`, and what its parts count.
 class OverheadController final : public RobotLink {
  public:
   // All outlive this.
@@ -76,6 +76,9 @@ class OverheadController final : public RobotLink {
   // Somebody was seen not to do what is wanted: `pause` is said again soon, at first at length, and messages for single
   // robots wait until nobody was urged for 1.5 s, likewise behind the word that ends a run.
   void urge(TimePoint now);
+  // Nobody seems to have heard `pause`: a connection is reset, once for each word, and says it anew. What was written
+  // before would come first.
+  void doubt_line();
   // Somebody else told the robots to stand, and the line is about to be lost: when it is back they are told so again,
   // and then what is wanted.
   void pause_first() { pause_first_ = true; }
@@ -123,6 +126,7 @@ class OverheadController final : public RobotLink {
   TimePoint again_at_{}, walking_until_{};  // when a `pause` that stands is said again; until when others wait for it
   bool ran_ = false;                        // robots were to run before the word that is wanted
   int urges_ = 0;                           // how often it was said to robots that walked
+  bool reset_ = false;                      // the connection, for the word that is wanted
   bool urged_ = false, repeated_ = false;   // at length; the word that is on the air was said before
   bool asleep_ = false;                     // robots may be, since they were told to and until they were woken
   bool pause_first_ = false;

@@ -24,7 +24,7 @@ void PacketSender::poll(TimePoint now) {
     last_.reset();
     hold_ = 0us;
     up_ = false;
-    settled_at_ = now + settle_;
+    settled_at_ = now + (at_once_ ? 0us : settle_);
   }
   if (!port_.is_open()) {
     up_ = false;

@@ -39,6 +39,10 @@ class PacketSender {
   bool is_repeating() const;
   // The next packet need not wait for the hold of the last one to end.
   void cut_short(TimePoint now);
+  // Gives a connection up with what waits in it. From then until expect_start() the controller is told at once after an
+  // opening, though it may be deaf: it did not begin anew where the line goes on. False: the line is no connection.
+  bool reset() { return at_once_ = port_.reset(); }
+  void expect_start() { at_once_ = false; }
   // Grows each time that the controller may have forgotten what it was told.
   std::uint64_t openings() const { return openings_; }
 
@@ -50,7 +54,7 @@ class PacketSender {
   std::chrono::microseconds settle_;
   Counters& counters_;
   std::uint64_t openings_ = 0;
-  bool up_ = false;
+  bool up_ = false, at_once_ = false;
   TimePoint settled_at_{};
   std::optional<Packet> last_;         // since the line opened
   TimePoint begun_{};                  // of last_

@@ -25,6 +25,7 @@ struct FakeCable {
     std::uint8_t message_type() const { return packet[11]; }
   };
   bool plugged = true;
+  bool connects = false;  // as TCP does: it can be reset
   hal::kilobot::TimePoint now{};
   std::size_t bytes_a_write = std::numeric_limits<std::size_t>::max();
   std::size_t waiting = 0;
@@ -56,6 +57,10 @@ class FakeStream final : public hal::kilobot::ByteStream {
     return taken;
   }
   std::size_t waiting_bytes() override { return cable_->waiting; }
+  bool reset() override {
+    if (cable_->connects) open_ = false;
+    return cable_->connects;
+  }
   const std::string& error() const override { return error_; }
 
  private:

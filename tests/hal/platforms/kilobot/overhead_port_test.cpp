@@ -192,3 +192,54 @@ TEST_CASE("overhead controller: somebody else paused the robots") {
     }
   }
 }
+
+TEST_CASE("overhead controller: a connection that seems to hold back a pause is given up for another") {
+  // Once for each word, and the new one begins with a stop and the pause at once; a serial line is kept, and so is a
+  // connection while no pause was said.
+  for (const bool connects : {true, false}) {
+    CAPTURE(connects);
+    OverheadBench bench;
+    bench.cable->connects = connects;
+    bench.start();
+    for (std::uint64_t word = 1; word <= 2; ++word) {
+      bench.controller.command({Kind::run});
+      bench.run(1s);
+      bench.controller.doubt_line();
+      bench.controller.command({Kind::pause});
+      bench.run(1s);
+      bench.cable->take();
+      for (int look = 0; look < 3; ++look) {
+        bench.controller.urge(bench.now);
+        bench.controller.doubt_line();
+        bench.run(100ms);
+      }
+      const auto heard = bench.cable->take();
+      CHECK(bench.counters["overhead.connection_reset"] == (connects ? word : 0));
+      CHECK(bench.counters["overhead.port_opened"] == (connects ? 1 + word : 1));
+      if (!connects) continue;
+      REQUIRE(heard.size() >= 2);
+      CHECK(heard[0].type() == PacketType::stop);
+      CHECK(heard[1].message_type() == type_wakeup);
+      // and stays on the air while they walk, said anew behind a stop, until they were seen to stand
+      bench.run(6s, [&] { bench.controller.urge(bench.now); });
+      const auto later = bench.cable->take();
+      REQUIRE(later.size() >= 6);
+      for (std::size_t i = 0; i < later.size(); ++i) {
+        CAPTURE(i);
+        CHECK((later[i].type() == PacketType::stop) == (i % 2 == 0));
+        if (i % 2 == 0 && i > 0) CHECK(later[i].at - later[i - 1].at >= 200ms);
+        if (i % 2 == 1) CHECK(later[i].at - later[i - 1].at < 100ms);
+      }
+      bench.run(2s);
+      REQUIRE(bench.cable->take().back().type() == PacketType::stop);
+    }
+    // another loss is one that the controller may start after, once something else is wanted
+    bench.controller.command({Kind::run});
+    bench.cable->plugged = false;
+    bench.run(1s);
+    bench.cable->plugged = true;
+    bench.cable->take();
+    bench.run(2s);
+    CHECK(bench.cable->take().empty());
+  }
+}

@@ -290,3 +290,23 @@ TEST_CASE("tcp: addresses") {
   CHECK_THROWS_AS(find_line("tcp://no-such-host.invalid:3001"), PortError);
   CHECK_NOTHROW(find_line("tcp://[::1]:3001"));
 }
+
+TEST_CASE("a connection that is reset takes its bytes with it, and another is opened") {
+  // The other end reads an error instead of the end; a device is not reset.
+  Listener listener;
+  PseudoTerminal terminal;
+  hal::Counters counters;
+  PacketPort line(stream_to(listener.port()), counters), device(stream_to(terminal.port()), counters);
+  CHECK_FALSE(line.reset());
+  device.poll(now());
+  REQUIRE(device.is_open());
+  CHECK_FALSE(device.reset());
+  CHECK(device.is_open());
+  REQUIRE(eventually(deadline, [&] { return line.poll(now()), line.is_open() && listener.say("x"); }));
+  CHECK(line.reset());
+  CHECK(eventually(deadline, [&] { return !listener.say("x"); }));
+  check_holds(line.error(), "resets the connection");
+  listener.hang_up();
+  CHECK(eventually(deadline, [&] { return line.poll(now()), line.is_open() && line.openings() == 2; }));
+  check_delivery(line, 3, [&] { return listener.read(); });
+}
