@@ -209,7 +209,7 @@ TEST_CASE("impossible obstacles and objects") {
            std::pair("objects = [{name = \"a\", shape = \"disc\", radius_m = 0.1, x_m = 0.2}]", "inside the walls"),
            std::pair("objects = [{name = \"a\", shape = \"disc\", radius_m = 0.02, x_m = 0.1},"
                      " {name = \"a\", shape = \"disc\", radius_m = 0.02, x_m = -0.1}]",
-                     "another one"),
+                     "must be unique"),
            std::pair("objects = [{name = \"a\", shape = \"disc\", radius_m = 0.02, x_m = 0.1},"
                      " {name = \"b\", shape = \"disc\", radius_m = 0.02, x_m = 0.11}]",
                      "overlap"),
