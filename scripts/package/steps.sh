@@ -250,7 +250,7 @@ upgrade_in_mid_run() { # step of a started system
   lab=$(systemctl show -P MainPID arkmesh-lab@roark)
   said=$(apt-get install -y --no-install-recommends /packages/newer/*.deb 2>&1)
   echo "$said"
-  said=$(grep 'goes on with' <<<"$said") || fail "the upgrade does not say that a lab runs"
+  said=$(grep 'before the upgrade' <<<"$said") || fail "the upgrade does not say that a lab runs"
   echo "says: $said"
   [[ $said == *"arkmesh-lab@roark"* ]] || fail "the lab is not named"
   [ "$(systemctl show -P MainPID arkmesh-lab@roark)" = "$lab" ] || fail "the lab was started anew"
