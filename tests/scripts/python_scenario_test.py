@@ -491,7 +491,7 @@ controller = "{ROOT}/tests/programs/labs_random_walk.c"
         trail.lay(lab.seen, numpy.array([0.0, numpy.nan, 0.0]))  # nothing
         voices.say(lab.seen, numpy.array([0, numpy.nan, 2]))
         words, said = lab._take()
-        self.assertEqual(numpy.frombuffer(words, arkmesh.scenario.WORD)["value"].tolist(), [5, 7, 0, 0])
+        self.assertEqual(numpy.frombuffer(words, arkmesh.lab_facade.WORD)["value"].tolist(), [5, 7, 0, 0])
         self.assertEqual([act.get("amounts", act.get("values")) for act in said["kit_acts"]], [[5, 7], [0, 2]])
         with self.assertRaisesRegex(ValueError, "value must be whole numbers"):
             lab.tell([1], value=[numpy.nan])

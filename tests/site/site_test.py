@@ -1,5 +1,7 @@
 """The documentation site: it needs no other host, each link leads somewhere, and its search works from a file."""
+import functools
 import html.parser
+import inspect
 import pathlib
 import re
 import subprocess
@@ -105,6 +107,23 @@ class Site(unittest.TestCase):
         self.assertIn("arkmesh-keys-trust", commands.names)
         self.assertLessEqual({file.stem for file in (ROOT / "lcmtypes").glob("*.lcm")}, messages.names)
         self.assertLessEqual({"hal", "gateway", "lab", "view", "tracker"}, counters.names)
+
+    def test_python_is_whole(self):
+        """The page of Python's package has each of its public classes, functions, methods and properties, and each says in a docstring what it is."""
+        sys.path.insert(0, str(ROOT / "scenarios/python"))
+        import arkmesh  # pylint: disable=import-outside-toplevel
+        things = [getattr(arkmesh, name) for name in arkmesh.__all__] + [each for each in vars(arkmesh.pieces).values() if inspect.isclass(each) and issubclass(each, arkmesh.pieces.Piece)]
+        public = {}
+        for thing in things:
+            public[f"{thing.__module__}.{thing.__qualname__}"] = thing.__doc__
+            for each in thing.__mro__ if inspect.isclass(thing) else ():
+                if each.__module__.startswith("arkmesh"):
+                    public.update({f"{each.__module__}.{each.__qualname__}.{name}": value.__doc__ for name, value in vars(each).items()
+                                   if not name.startswith("_") and (inspect.isroutine(value) or isinstance(value, (property, functools.cached_property)))})
+        public.pop("arkmesh.pieces.Piece")
+        self.assertGreater(len(public), 80)
+        self.assertEqual([name for name, words in public.items() if not words], [])
+        self.assertEqual(public.keys() - self.pages[self.folder / "docs/python.html"].names, set())
 
     def test_search_finds_from_a_file(self):
         """In Chromium, from file://: what is searched for is found, its link leads to the page, and the console is quiet."""

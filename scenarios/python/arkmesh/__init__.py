@@ -2,10 +2,12 @@
 from typing import TYPE_CHECKING, Any
 
 from . import renamed
+from .batches import Batch, open_run
+from .lab_facade import Lab
 from .places import within
-from .recorded import Batch, LabRun, Run, open_run
+from .recorded import LabRun, Run
 from .running import batch, lab, run
-from .scenario import Lab, Others, Scenario
+from .scenario import Others, Scenario
 from .session import Failed
 from .studies import check, sweep
 

@@ -23,7 +23,8 @@ import warnings
 
 import numpy
 
-from .scenario import HEARD, Lab, Scenario, check_every
+from .lab_facade import HEARD, Lab
+from .scenario import Scenario, check_every
 
 HEAD, TIME, COUNT = struct.Struct("<IB"), struct.Struct("<qI"), struct.Struct("<I")
 # What a robot's program, ARGoS and others call it.

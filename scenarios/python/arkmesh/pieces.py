@@ -83,6 +83,7 @@ class Eyes(Piece):
 
     @property
     def distance(self) -> NDArray[numpy.float64]:
+        """(n, sectors) metres, infinite where nothing is within reach."""
         return numpy.where(self.sensed < 0, numpy.inf, self.sensed)
 
     @property
@@ -97,6 +98,7 @@ class Crowd(Piece):
 
     @property
     def count(self) -> NDArray[numpy.int64]:
+        """(n) robots near each robot."""
         return _whole_numbers(self.sensed[:, 0])
 
 
@@ -108,14 +110,17 @@ class Trail(Piece):
 
     @property
     def value(self) -> NDArray[numpy.float64]:
+        """(n) pheromone under each robot."""
         return self.sensed[:, 0]
 
     @property
     def gradient(self) -> NDArray[numpy.float64]:
+        """(n, 2) along x and y of this arena, per metre of it."""
         return self.sensed[:, 1:3]
 
     @property
     def zones(self) -> NDArray[numpy.int64]:
+        """(n) a bit for each zone, the rightmost zone's lowest."""
         return _whole_numbers(self.sensed[:, 3])
 
     def lay(self, who: ArrayLike, amount: ArrayLike = 1.0) -> None:
@@ -140,18 +145,22 @@ class Region(Piece):
 
     @property
     def inside(self) -> NDArray[numpy.bool_]:
+        """(n) of bool: who is in it."""
         return self.sensed[:, 0] == 1
 
     @property
     def robots(self) -> int:
+        """How many of all labs are in it and count, at the last boundary."""
         return int(self._world[0])
 
     @property
     def stock(self) -> float:
+        """What is left of its resource, at the last boundary."""
         return float(self._world[1])
 
     @property
     def share(self) -> float:
+        """What each robot in it got of it in the last period."""
         return float(self._world[2])
 
 
@@ -160,6 +169,7 @@ class Floor(Piece):
 
     @property
     def level(self) -> NDArray[numpy.int64]:
+        """(n) level of the tile under each robot."""
         return _whole_numbers(self.sensed[:, 0])
 
 
@@ -171,10 +181,12 @@ class Towards(Piece):
 
     @property
     def bearing(self) -> NDArray[numpy.float64]:
+        """(n) radians from the robot's heading, counter-clockwise."""
         return self.sensed[:, 0]
 
     @property
     def distance(self) -> NDArray[numpy.float64]:
+        """(n) metres of the shared world."""
         return self.sensed[:, 1]
 
     def sector(self, sectors: int) -> NDArray[numpy.int64]:
@@ -192,11 +204,20 @@ class Gps(Piece):
 
     cells: list[int]
     size: list[float]
-    column = property(lambda self: self._cell(0))
-    row = property(lambda self: self._cell(1))
+
+    @property
+    def column(self) -> NDArray[numpy.int64]:
+        """(n) column of the cell, from the left."""
+        return self._cell(0)
+
+    @property
+    def row(self) -> NDArray[numpy.int64]:
+        """(n) row of the cell, from below."""
+        return self._cell(1)
 
     @property
     def heading(self) -> NDArray[numpy.int64]:
+        """(n) direction, 0 around x, then counter-clockwise."""
         return _whole_numbers(numpy.floor(self.sensed[:, 2] / (2 * math.pi) * self.cells[2] + 0.5) % self.cells[2])
 
 
@@ -205,6 +226,7 @@ class Light(Piece):
 
     @property
     def level(self) -> NDArray[numpy.int64]:
+        """(n) from 0 to 1023."""
         return _whole_numbers(self.sensed[:, 0])
 
 
@@ -213,6 +235,7 @@ class Voices(Piece):
 
     @property
     def heard(self) -> NDArray[numpy.int64]:
+        """(n, values) how many others say each value."""
         return _whole_numbers(self.sensed)
 
     def say(self, who: ArrayLike, value: ArrayLike) -> None:

@@ -10,7 +10,27 @@ _FAR = 1 << 30  # cells from the origin
 
 
 def within(xy: ArrayLike, others: ArrayLike, reach: float) -> NDArray[numpy.bool_]:
-    """For each place of `xy` (n, 2) whether one of `others` (m, 2) is at most `reach` away. NaN is near nothing."""
+    """Tells for each place whether one of the others is near. NaN is near nothing.
+
+    Parameters
+    ----------
+    xy
+        (n, 2) places, metres.
+    others
+        (m, 2) places in the same frame, metres.
+    reach
+        Metres; a place at just this distance is near.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n) of bool.
+
+    Raises
+    ------
+    ValueError
+        If places have another shape.
+    """
     xy, others = (numpy.asarray(a, dtype=float) for a in (xy, others))
     if xy.ndim != 2 or others.ndim != 2 or xy.shape[1] != 2 or others.shape[1] != 2:
         raise ValueError(f"within: places are arrays of shape (n, 2), and these have {xy.shape} and {others.shape}")

@@ -102,7 +102,7 @@ class Rows(collections.abc.Mapping):
         return len(self.files)
 
 
-class _Arrays:
+class Arrays:
     """What a lab has of its run; a Run has that of its first lab. Frames are rows, robots columns in the order of `ids`; NaN, and an
     LED of 8, where a robot was not seen."""
 
@@ -140,7 +140,7 @@ class _Arrays:
 
     @property
     def rows(self) -> Rows:
-        """The lab's tables."""
+        """The lab's tables by name, each a structured array."""
         return self._lab._rows
 
     def to_xarray(self) -> Any:
@@ -160,8 +160,22 @@ class _Arrays:
         return pandas.DataFrame({name: column[seen] for name, column in columns.items()})
 
 
-class LabRun(_Arrays):
-    """One lab of a run: its arrays, `counts`, `rows` and `result`, which is what result.json holds."""
+class LabRun(Arrays):
+    """One lab of a run.
+
+    Attributes
+    ----------
+    name : str
+        The lab's.
+    run : Run
+        The whole run.
+    folder : pathlib.Path
+        The lab's folder.
+    counts : dict of str to int
+        What the scenario counted in this lab.
+    result : dict
+        What result.json holds.
+    """
 
     def __init__(self, run: Run, name: str, folder: pathlib.Path):
         self.run, self.name, self.folder = run, name, folder
@@ -216,9 +230,31 @@ def _plot(folder, time_s, width, title, out):
     return arenas
 
 
-class Run(_Arrays):
-    """A run's folder. `labs` has each lab; what a lab has, such as `xy` and `rows`, the run has of its first lab. `counts` are
-    sums of all labs, with `name@lab` of each."""
+class Run(Arrays):
+    """A run's folder. What a lab has, such as `xy` and `rows`, the run has of its first lab.
+
+    Attributes
+    ----------
+    labs : dict of str to LabRun
+        Each lab by name.
+    counts : dict of str to int
+        Sums of all labs, and `name@lab` of each.
+    hash : str
+        Of what robots and sites did, 16 hexadecimal digits: equal runs have equal hashes. Empty until the run has ended.
+    seed : int
+        Of all that was random.
+    state, ended : str
+        "running", "finished" or "failed", and why.
+    result : dict
+        What result.json holds.
+    folder : pathlib.Path
+        Where it lies.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds no result.json.
+    """
 
     def __init__(self, folder: PathLike):
         self.folder = pathlib.Path(folder)
@@ -238,89 +274,87 @@ class Run(_Arrays):
         return self.labs[self.name]
 
     def export(self) -> pathlib.Path:
-        """The folder of the run's tables as CSV, which is written when it is not there."""
+        """Returns the folder of the run's tables as CSV, which is written when it is not there. Raises Failed if it cannot be written."""
         out = self.folder / "export/csv"
         if self.state == "running" or not out.is_dir():
             call("export", str(self.folder), "--csv", "--force")
         return out
 
     def plot(self, time_s: Optional[float] = None, width: str = "page", title: Optional[str] = None, out: Optional[PathLike] = None) -> dict[str, Any]:
-        """Draws all arenas at a lab time, by default the last, and returns the axes of each lab by name, in metres. `width`: "column"
-        or "page" of a journal; `out`: a file, .png, .jpg, .pdf or .svg."""
+        """Draws all arenas at a moment.
+
+        Parameters
+        ----------
+        time_s
+            Lab time in seconds; by default the last.
+        width
+            "column" (3.5 inches) or "page" (7.16 inches) of a journal.
+        title
+            Above the figure, instead of its own.
+        out
+            A file to write, .png, .jpg, .pdf or .svg.
+
+        Returns
+        -------
+        dict of str to matplotlib.axes.Axes
+            By lab, in metres.
+
+        Raises
+        ------
+        ValueError
+            If the run has no recording of that moment, or the width or kind of file is none of these.
+        """
         return _plot(self.folder, time_s, width, title, out)
 
     def curves(self, *series: str, width: str = "page", xlabel: Optional[str] = None, ylabel: Optional[str] = None,
                title: Optional[str] = None, out: Optional[PathLike] = None) -> dict[str, Any]:
-        """Draws what the run counted over lab time, by default all its series, and returns the axes of each by name."""
+        """Draws what the run counted over lab time.
+
+        Parameters
+        ----------
+        series
+            Names; by default all.
+        width, title, out
+            As in `plot()`.
+        xlabel, ylabel
+            Instead of the words and units that the scenario gives.
+
+        Returns
+        -------
+        dict of str to matplotlib.axes.Axes
+            By series.
+
+        Raises
+        ------
+        ValueError
+            If the run has no such series.
+        """
         with _drawing("curve_figure") as drawer:
             figure, axes, _ = drawer.draw_all([self.folder], (), series, width, xlabel, ylabel, title)
             _saved(figure, out)
         return axes
 
     def film(self, out: Optional[PathLike] = None) -> pathlib.Path:
-        """Writes a film of the arenas as the page draws them, and returns its path."""
+        """Writes a film of the arenas as the page draws them.
+
+        Parameters
+        ----------
+        out
+            The file, .mp4; by default film.mp4 in the run's folder.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+
+        Raises
+        ------
+        Failed
+            If ffmpeg or a recording is missing.
+        """
         out = pathlib.Path(out or self.folder / "film.mp4")
         call("export", str(self.folder), "--mp4", "--out", str(out), "--force")
         return out
 
     def __repr__(self) -> str:
         return f"<arkmesh.Run {self.folder}: labs {', '.join(self.labs)}, seed {self.seed}, {self.state}, hash {self.hash}>"
-
-
-class Batch:
-    """A batch of seeds, or of settings and seeds. `table` is runs.csv: a row for each run; `batch["lit"]` is a column; `runs[seed]`,
-    or `runs[value, ..., seed]` where settings differ, is its Run."""
-
-    def __init__(self, folder: PathLike):
-        self.folder = pathlib.Path(folder)
-        self.table = read_table(self.folder / "runs.csv")
-        names = self.table.dtype.names or ()
-        self.settings = list(names[2:names.index("seed")])
-        keys = [(*(row[name].item() for name in self.settings), int(row["seed"])) for row in self.table]
-        self.runs = Runs(self.folder, {key if self.settings else key[0]: int(row["run"]) for key, row in zip(keys, self.table)})
-
-    def __getitem__(self, column: str) -> NDArray[Any]:
-        return self.table[column]
-
-    def __len__(self) -> int:
-        return len(self.table)
-
-    def to_dataframe(self) -> Any:
-        """The table as a pandas.DataFrame."""
-        return _library("pandas").DataFrame(self.table)
-
-    def plot(self, x: str, y: str, by: str = "", kind: str = "", width: str = "page", xlabel: Optional[str] = None, ylabel: Optional[str] = None,
-             title: Optional[str] = None, axes: Any = None, out: Optional[PathLike] = None) -> Any:
-        """Draws column `y` over the setting `x`, a line or colour for each value of `by`, and returns the axes. Numbers are lines with 95 %
-        intervals, else boxes, or as `kind` says: "line" or "box". `axes`: where to draw, instead of a new figure."""
-        with _drawing("batch_figure") as drawer:
-            axes = drawer.draw(self.folder, y, x, by, kind, width, xlabel, ylabel, title, axes)
-            _saved(axes.figure, out)
-        return axes
-
-    def __repr__(self) -> str:
-        return f"<arkmesh.Batch {self.folder}: {len(self)} runs; columns {', '.join(self.table.dtype.names or ())}>"
-
-
-class Runs(collections.abc.Mapping):
-    """The runs of a batch, each read when it is asked for."""
-
-    def __init__(self, folder: pathlib.Path, numbers: dict[Any, int]):
-        self.folder, self.numbers = folder, numbers
-
-    def __getitem__(self, key: Any) -> Run:
-        if key not in self.numbers:
-            raise KeyError(f"no run of {key!r} has a result; there are {', '.join(map(repr, list(self.numbers)[:3]))}, ...")
-        return Run(self.folder / f"runs/{self.numbers[key]:05}")
-
-    def __iter__(self) -> Iterator[Any]:
-        return iter(self.numbers)
-
-    def __len__(self) -> int:
-        return len(self.numbers)
-
-
-def open_run(folder: PathLike) -> Union[Run, Batch]:
-    """The Run of a folder, whoever ran it; a Batch if it is the folder of `arkmesh batch`."""
-    folder = pathlib.Path(folder)
-    return Batch(folder) if (folder / "runs.csv").is_file() else Run(folder)

@@ -11,8 +11,10 @@ import pathlib
 from typing import Any, Iterable, Mapping, Optional, Type, Union
 
 from . import answering
-from .recorded import Batch, Run
-from .scenario import Lab, Scenario
+from .batches import Batch
+from .lab_facade import Lab
+from .recorded import Run
+from .scenario import Scenario
 from .session import Failed, Session, fail, serve
 
 
@@ -62,9 +64,35 @@ def maker(cls):
 
 def run(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, os.PathLike], seconds: Optional[float] = None, seed: Optional[int] = None,
         settings: Optional[Mapping[str, Any]] = None, out: Union[str, os.PathLike, None] = None) -> Run:
-    """Runs labs' files in one shared world, and returns the Run. `scenario`: a class derived from Scenario, which this
-    process answers with; a file of Python; or left out, and the labs' files name it. `settings`: keys of the labs' files,
-    {"gate.period_s": 1, "b:arena.robots": 5}. Raises Failed."""
+    """Runs labs in one shared world.
+
+    Parameters
+    ----------
+    scenario
+        A class derived from Scenario, with which this process answers; a file of Python; or a lab's file, if the labs' files name their scenario.
+    labs
+        The labs' files (.toml).
+    seconds
+        Lab time of the run in seconds; by default what the labs' files say (run.duration_s).
+    seed
+        Of all that is random, a whole number from 0; by default that of the labs' files.
+    settings
+        Keys of the labs' files, of one lab as "LAB:KEY": {"gate.period_s": 1, "b:arena.robots": 5}.
+    out
+        The run's folder; by default a new one in runs/.
+
+    Returns
+    -------
+    Run
+        What the folder holds.
+
+    Raises
+    ------
+    Failed
+        If the run fails, or the labs' files are refused; its sentence says why.
+    TypeError
+        If no lab is named, or the scenario is neither a class nor a file.
+    """
     arguments, folder, cls = arguments_of(scenario, labs, seconds, settings, out)
     if seed is not None:
         arguments += ["--seed", str(seed)]
@@ -75,8 +103,27 @@ def run(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, os.
 
 def batch(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, os.PathLike], seeds: Iterable[int], jobs: int = 1,
           seconds: Optional[float] = None, settings: Optional[Mapping[str, Any]] = None, out: Union[str, os.PathLike, None] = None) -> Batch:
-    """Runs the labs once for each of `seeds`, `jobs` at a time, and returns the Batch. As run(); a run that fails is a row
-    that says why, and what fails before any run begins is raised as Failed."""
+    """Runs labs once for each seed.
+
+    Parameters
+    ----------
+    scenario, labs, seconds, settings, out
+        As in `run()`.
+    seeds
+        Whole numbers from 0.
+    jobs
+        Runs at a time. They share this process where the scenario is a class.
+
+    Returns
+    -------
+    Batch
+        A row for each run; a failed one has its reason in the column `why`.
+
+    Raises
+    ------
+    Failed
+        If no run begins.
+    """
     settings = {"recorder.log": True, **(settings or {}), **({} if seconds is None else {"run.duration_s": seconds})}
     (_, *arguments), folder, cls = arguments_of(scenario, labs, None, settings, out)
     session = Session(["batch", *arguments, "--seeds", ",".join(str(operator.index(seed)) for seed in seeds), "--jobs", str(jobs)], cls is not None)
@@ -87,9 +134,27 @@ def batch(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
 
 
 class lab:  # pylint: disable=invalid-name
-    """One lab as a loop: `with arkmesh.lab("a.toml", seconds=60) as lab: for frame in lab: ...`. Both are a Lab. Before the
-    loop `lab` is as in a scenario's begin(). When the loop is left, the run ends as finished; when the block raises, as
-    failed. Then `lab.run` is the Run. `name`: of the table of settings, [scenario.NAME]."""
+    """One lab as a loop: `with arkmesh.lab("a.toml", seconds=60) as lab: for frame in lab: ...`. Both are a Lab.
+
+    Before the loop `lab` is as in a scenario's begin(). When the loop is left, the run ends as finished; when the block raises, as failed. Then
+    `lab.run` is the Run.
+
+    Parameters
+    ----------
+    file
+        The lab's file (.toml).
+    seconds, seed, settings, out
+        As in `run()`.
+    every
+        The loop gets each k-th frame: a whole number from 1.
+    name
+        Of the table of settings, [scenario.NAME].
+
+    Raises
+    ------
+    Failed
+        If the lab ends before it begins, or the run fails.
+    """
 
     def __init__(self, file, seconds=None, seed=None, settings=None, out=None, every=1, name="loop"):
         self.given = {**(settings or {}), "run.scenario": name + ".py"}, every

@@ -24,7 +24,13 @@ STARTER = ("import ctypes, os, signal, sys\nctypes.CDLL(None).prctl(1, int(signa
 
 
 class Failed(RuntimeError):
-    """A run that has failed, in one sentence. `folder` is the run's, with its result.json if it had begun."""
+    """A run that has failed, in one sentence.
+
+    Attributes
+    ----------
+    folder : pathlib.Path
+        The run's folder, with its result.json if it had begun.
+    """
 
     def __init__(self, sentence, folder):
         super().__init__(sentence)

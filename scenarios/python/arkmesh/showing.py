@@ -68,16 +68,36 @@ class Showing:
         self._said.setdefault("shown", []).append({"of": of, "words": words, "unit": unit, "curve": curve})
 
     def circle(self, at: ArrayLike, radius: float, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
-        """Shown in this arena until the next boundary, from period(). `at`: one place, or (n, 2) of them."""
+        """Shows a circle in this arena until the next boundary, from period().
+
+        Parameters
+        ----------
+        at
+            (2) or (n, 2) places, metres of this arena.
+        radius
+            Metres.
+        colour
+            By its meaning, such as "site_easy", "resource", "pheromone" or "note".
+        filled, dashed, label
+            How it looks, and a word beside it.
+
+        Raises
+        ------
+        ValueError
+            If a number is NaN or infinite, or there is no such colour.
+        """
         self._draw("circle", at, colour, filled, dashed, label, float(radius))
 
     def polygon(self, corners: ArrayLike, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
+        """Shown as circle() is. `corners`: (n, 2) in metres of this arena."""
         self._draw("polygon", corners, colour, filled, dashed, label)
 
     def line(self, points: ArrayLike, colour: str = "note", dashed: bool = False, label: str = "") -> None:
+        """Shown as circle() is. `points`: (n, 2) in metres of this arena."""
         self._draw("line", points, colour, False, dashed, label)
 
     def text(self, at: ArrayLike, text: str, colour: str = "note") -> None:
+        """Shown as circle() is, in the middle of `at`: (2) in metres of this arena."""
         self._draw("text", at, colour, False, False, text)
 
     def raster(self, corner: ArrayLike, cell: float, values: ArrayLike, heading: float = 0.0, colour: str = "pheromone", label: str = "") -> None:

@@ -8,7 +8,8 @@ import tempfile
 from typing import Any, Iterable, Mapping, Optional, Type, Union
 
 from . import answering, running
-from .recorded import Batch, Run
+from .batches import Batch
+from .recorded import Run
 from .scenario import Scenario
 from .session import Failed, Session, serve
 
@@ -40,7 +41,7 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     Parameters
     ----------
     scenario, labs, seconds, out
-        As in :func:`run`. The sweep itself is kept as `out`.sweep.toml.
+        As in `run()`. The sweep itself is kept as `out`.sweep.toml.
     settings
         Values by key. A list is swept, anything else holds in all runs. A key without a dot is a setting of the scenario.
     seeds
@@ -54,6 +55,13 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     -------
     Batch
         A row for each run, failed ones too, with the swept settings and the counts of all labs.
+
+    Raises
+    ------
+    Failed
+        If no run begins.
+    FileExistsError
+        If `out` holds another sweep.
     """
     *_, cls = running.arguments_of(scenario, labs, None, {}, out or tempfile.gettempdir())
     name = answering.name_of_class(cls) if cls else pathlib.Path(str(scenario)).stem
@@ -80,7 +88,16 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
 def check(scenario: Union[Type[Scenario], str, os.PathLike], *, robots: int = 6, seconds: float = 10.0, settings: Optional[Mapping[str, Any]] = None) -> list[str]:
     """Tries a scenario on two small simulated labs and tells what is wrong with it.
 
-    It runs twice with one seed, in which both runs must agree, and once with fewer robots than the first lab has.
+    It runs twice with one seed, in which both runs must agree, and once with a single robot in each lab.
+
+    Parameters
+    ----------
+    scenario, settings
+        As in `run()`.
+    robots
+        Of each lab.
+    seconds
+        Lab time of each run in seconds.
 
     Returns
     -------
