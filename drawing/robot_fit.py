@@ -28,7 +28,7 @@ def stretches(track, keep):
     if len(led) > 4:  # a colour that was mistaken for three frames or fewer
         windows = numpy.lib.stride_tricks.sliding_window_view(led, 5)
         led[2:-2] = numpy.where(windows[:, 0] == windows[:, 4], windows[:, 0], led[2:-2])
-    breaks = numpy.flatnonzero((numpy.diff(led) != 0) | (numpy.diff(track["t"]) > GAP_S)) + 1
+    breaks = numpy.flatnonzero((numpy.diff(led) != 0) | (numpy.diff(track["t"]) > GAP_S) | numpy.diff(keep)) + 1
     for part in numpy.split(numpy.arange(len(led)), breaks):
         t = track["t"][part]
         part = part[(t >= t[0] + BEGIN_S) & (t <= t[-1] - END_S)] if len(part) else part

@@ -15,7 +15,7 @@ import robot_fit
 import robot_tracks
 
 LEGS_M, AXLE_M, TICK_S = 0.0277, 0.0099, 0.05
-PROGRAM = [(robot_fit.STRAIGHT, 8), (robot_fit.LEFT, None), (robot_fit.STRAIGHT, 8), (robot_fit.RIGHT, None), (robot_fit.REST, 1.5)]
+PROGRAM = [(robot_fit.STRAIGHT, 6), (robot_fit.LEFT, None), (robot_fit.STRAIGHT, 6), (robot_fit.RIGHT, None), (robot_fit.REST, 1.5)]
 
 
 def hidden(chance):
@@ -36,7 +36,7 @@ def walk(robot, seconds, chance, seen=True, shown=True):
             except StopIteration:
                 steps = iter(PROGRAM)
                 led, span = next(steps)
-            left = span or chance.uniform(4, 8)
+            left = span or chance.uniform(5, 10)
         left -= TICK_S
         wander = keeps * wander + robot["turn_noise_deg_per_s"] * math.sqrt(1 - keeps**2) * chance.gauss(0, 1)
         ahead = aside = turn = 0.0
@@ -149,6 +149,12 @@ class Fit(unittest.TestCase):
         tracks[1]["z"][held] = tracks[0]["z"][held] + 0.033
         told, _, _, _ = robot_fit.fit(tracks)
         self.assertAlmostEqual(told[0]["speed_m_per_s"][0] / robot["speed_m_per_s"], 1, delta=0.05)
+        brief = {0: walk(robot, 200, chance), 1: walk(robot, 200, chance)}  # a neighbour for a moment of each stretch spoils that moment only
+        brief[1]["z"] += 2
+        brief[1]["z"][::45] = brief[0]["z"][::45] + 0.033
+        told, _, _, _ = robot_fit.fit(brief)
+        for key in ("speed_m_per_s", "turn_left_deg_per_s", "turn_right_deg_per_s"):
+            self.assertAlmostEqual(told[0][key][0] / robot[key], 1, delta=0.1, msg=key)
         walls = robot_fit.apart({0: {"t": numpy.array([0.0, 0.1]), "z": numpy.array([0.2, 0.24])}}, 0.5, 0.5)
         self.assertEqual(walls[0].tolist(), [True, False])
 
