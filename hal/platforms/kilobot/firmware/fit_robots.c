@@ -1,11 +1,11 @@
 /* The robots' side of `arkmesh fit robots`: drives straight on, turns left, drives, turns right and rests, over and
-   over, with the calibrated duties, and shows which by its LED. Load it, RUN it. Turns last 4 to 8 s by chance, so
+   over, with the calibrated duties, and shows which by its LED. Load it, RUN it. Turns last 5 to 10 s by chance, so
    robots do not come back to the same wall. LED: straight green, left red, right blue, rest white. */
 #include <arkmesh_id.h>
 #include <kilolib.h>
 #include <stdint.h>
 
-enum { STRAIGHT_TICKS = 244, TURN_TICKS = 122, REST_TICKS = 46 };
+enum { STRAIGHT_TICKS = 186, TURN_TICKS = 155, REST_TICKS = 46 };
 
 static uint8_t step; /* 0 and 2 straight, 1 left, 3 right, 4 rest */
 static uint32_t until;
