@@ -328,6 +328,40 @@ TEST_CASE("robots that touch a wall or each other are known to") {
   }
 }
 
+TEST_CASE("headings are as certain as LEDs prove to be, whatever was stated of them") {
+  // A robot drives a circle and is seen with a known error; the square of how far its heading is off, by what is said
+  // of it, is one on average.
+  const auto square = [](double true_rad, double stated_rad) {
+    Associator associator(testbed::kilobot_following());
+    std::mt19937_64 random{6};
+    std::normal_distribution<> noise(0, 1);
+    double sum = 0;
+    int n = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const double heading = wrapped(0.3 + 0.02 * i);
+      const double ahead_m = testbed::kilobot_following().motion.rear_axle_m;
+      FusedObservation one = robot_at(0.05 * std::sin(heading) + ahead_m * std::cos(heading),
+                                      -0.05 * std::cos(heading) + ahead_m * std::sin(heading));
+      one.x_m += 0.0002 * noise(random), one.y_m += 0.0002 * noise(random), one.sigma_m = 0.0002;
+      one.led = hal::Led::red, one.led_confidence = 1;
+      one.led_heading_rad = wrapped(heading - testbed::kilobot_following().led_offset_rad + true_rad * noise(random));
+      one.led_heading_sigma_rad = stated_rad;
+      associator.update(at_s(0.1 * i), std::vector{one});
+      if (i < 1000) continue;
+      const Track& track = associator.tracks().at(0);
+      sum += std::pow(wrapped(track.in_arena.heading_rad - heading) / track.heading_sigma_rad, 2), ++n;
+    }
+    return sum / n;
+  };
+  for (const double true_rad : {0.02, 0.07, 0.15})
+    for (const double stated_rad : {0.035, 0.07}) {
+      CAPTURE(true_rad);
+      CAPTURE(stated_rad);
+      CHECK(square(true_rad, stated_rad) > 0.5);
+      CHECK(square(true_rad, stated_rad) < 1.6);
+    }
+}
+
 TEST_CASE("what followed robots show is compared with what their motion let expect") {
   // Proves the totals by which a run tells how well it saw: noise of 0.5 mm that is stated as 2 mm seems less than half
   // as far off as the same stated rightly, and a name that was another's is counted.

@@ -3,6 +3,7 @@
 // pictures, no clock.
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <span>
@@ -82,6 +83,12 @@ class Associator {
         false;  // last seen where no motion explains it: a hand, or something else; the next observation tells
     bool shown = true;
     bool touching = false;  // another or a wall
+    struct Look {
+      hal::LabTime at{-1'000'000};
+      double led_rad = 0;
+    };
+    std::array<Look, 2> looks;  // the last ones at its LED, the newest first
+    double led_sigma_rad = 0;   // as stated of the last look
   };
 
   void find_touching();
@@ -91,6 +98,8 @@ class Associator {
   void suspect_ambiguous(std::span<const Pairing> possible, std::span<const std::int32_t> seen_by);
   void doubt(Followed& followed);
   void meet(Followed& followed, const FusedObservation& seen, hal::LabTime now);
+  void learn_led_noise(Followed& followed, const FusedObservation& seen, hal::LabTime now);
+  double heading_sigma_rad(const Followed& followed) const;
   void miss(Followed& followed, hal::LabTime now);
   void give_birth(std::span<const FusedObservation> seen, std::span<const std::int32_t> seen_by, hal::LabTime now);
   void report(hal::LabTime now);
@@ -107,6 +116,7 @@ class Associator {
     Misfit sum;
     void add(const Misfit& misfit) { ++n, sum.square += misfit.square, sum.normalised += misfit.normalised; }
   } places_, headings_;
+  double led_noise_ = 1;  // of LEDs' directions, in parts of the deviation that was stated; learnt
   hal::Counters counters_;
 };
 
