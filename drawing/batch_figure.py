@@ -15,7 +15,7 @@ def read(folder, column, keys):
         raise Refused(f"{folder} holds no runs.csv; it is written when a batch ends, or by arkmesh batch FILE --gather")
     rows, names, counters = intervals.rows_of(folder)
     if "state" not in names or "seed" not in names:
-        raise Refused(f"{file} is no table of a batch; arkmesh batch FILE --gather writes it anew")
+        raise Refused(f"{file} is not a batch's table; arkmesh batch FILE --gather writes it again")
     for name in [column, *keys]:
         if name not in (*names, *counters):
             near = [known for known in (*names, *counters) if name.lower() in known.lower()]
@@ -89,7 +89,7 @@ def draw(folder, column, over, by="", kind="", width="page", xlabel=None, ylabel
     places = in_order([row[over] for row in rows])
     groups = in_order([row[by] for row in rows]) if by else [""]
     if kind == "line" and not are_numbers(places):
-        raise Refused(f"--kind line needs numbers, and {over} holds {next(x for x in places if not are_numbers([x]))}")
+        raise Refused(f"--kind line needs numbers, but {over} holds {next(x for x in places if not are_numbers([x]))}")
     # a share, or what some runs did not reach, has no box
     kind = kind if told.kind == "mean" and kind else "line" if are_numbers(places) or told.kind != "mean" else "box"
     if axes is None:

@@ -103,7 +103,7 @@ def apart(by_folder, told):
     keys = sorted({key for settings in common.values() for key in settings} - varied)
     keys = [key for key in keys if len({settings.get(key) for settings in common.values()}) > 1]
     if len(keys) > MOST_DIFFERENCES:
-        raise Refused(f"these runs differ in {len(keys)} settings, {', '.join(keys[:MOST_DIFFERENCES])}, ...; draw those alike, or a batch with --by")
+        raise Refused(f"these runs differ in {len(keys)} settings, {', '.join(keys[:MOST_DIFFERENCES])}, ...; draw runs with the same settings, or a batch with --by")
     return {folder: ", ".join(figure_style.setting_of(key, settings.get(key, "not set"), told) for key in keys) for folder, settings in common.items()}
 
 
@@ -189,7 +189,7 @@ def draw_all(folders, by=(), series=(), width="page", xlabel=None, ylabel=None, 
             end_s = max([end_s, length_of(run)] + [times[-1] for times, _, _ in curves.values()])
     names = list(dict.fromkeys(name for curves in groups.values() for curve in curves for name in curve))
     if not names:
-        raise Refused(f"{folders[0]} holds no table with a column time_s, so there is nothing to draw over time")
+        raise Refused(f"{folders[0]} holds no table with a column time_s, so there is nothing to plot over time")
     for name in series:
         if name not in names:
             raise Refused(f"no run has {name}; there are {', '.join(names)}")

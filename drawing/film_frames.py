@@ -25,7 +25,7 @@ def address_of(said):
         lines.append(line)
         if found := re.search(r"see it at (http://\S+)", line):
             return found[1]
-    raise Failed(f"no address of a page was told, only: {''.join(lines).strip()}")
+    raise Failed(f"the program printed no page address, only: {''.join(lines).strip()}")
 
 
 @contextlib.contextmanager

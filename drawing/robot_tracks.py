@@ -39,7 +39,7 @@ def of_table(file):
                 raise ValueError
             return of_rows([[float(cell) for cell in row] for row in rows if len(row) == len(COLUMNS)]), float(width_m), float(height_m), what
     except (KeyError, TypeError, ValueError):
-        raise Refused(f"{file} is no table of tracks; give one that arkmesh fit robots or arkmesh track --csv wrote, or the folder of a run") from None
+        raise Refused(f"{file} is not a table of tracks; give one written by arkmesh fit robots or arkmesh track --csv, or a run's folder") from None
     except OSError as why:
         raise Refused(f"{file} cannot be read: {why.strerror}") from None
 
@@ -52,7 +52,7 @@ def folder_of(run, lab):
     if len(folders) != 1:
         names = ", ".join(folder.name for folder in folders)
         raise Refused(f"{run} holds recordings of several labs: choose one with --lab: {names}" if folders else
-                      f"{run} holds no recording of {f'the lab {lab}' if lab else 'a lab'}; give the folder of a run that was recorded")
+                      f"{run} holds no recording of {f'the lab {lab}' if lab else 'a lab'}; give the folder of a recorded run")
     return folders[0]
 
 
@@ -72,5 +72,5 @@ def read(source, lab=None):
             fresh = min(robot.age_us for robot in message.robots) + 50_000  # a camera's latency ages all; who is older was out of sight
             rows += [(message.stamp_us / 1e6, robot.robot, robot.x_m, robot.y_m, robot.heading_rad, robot.led) for robot in message.robots if robot.age_us <= fresh]
     if not rows:
-        raise Refused(f"{source} holds no robots' places; give the folder of a run that recorded its log")
+        raise Refused(f"{source} holds no positions of robots; give the folder of a run that recorded its log")
     return of_rows(rows), width_m, height_m, -kilobot.get("led_offset_deg", 44.0) if cameras and not kilobot.get("robots_file") else "body"

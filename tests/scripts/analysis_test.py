@@ -87,7 +87,7 @@ class Analysis(unittest.TestCase):
 
         done = film("demo", "--out", "demo.mp4", "--size", "640x360", "--fps", "5", "--speed", "20", "--to", "40")
         self.assertEqual((done.returncode, done.stdout), (0, "demo.mp4: 10 pictures, 2.0 s\n"), done.stderr)
-        self.assertIn("film: python3-selenium is missing, so the arenas are painted", done.stderr)
+        self.assertIn("film: python3-selenium is missing, so the film shows the arenas only", done.stderr)
         told = called("ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames,width,height", "-of", "csv=p=0", self.folder / "demo.mp4").stdout.strip()
         self.assertEqual(told, "640,360,10")
         raw = subprocess.run(["ffmpeg", "-loglevel", "error", "-i", self.folder / "demo.mp4", "-f", "rawvideo", "-pix_fmt", "gray", "-"], capture_output=True, check=True).stdout
@@ -173,7 +173,7 @@ class Analysis(unittest.TestCase):
                 pass
             print(json.dumps([arkmesh.check(each) for each in ("{LIGHT_UP}/light_up.py", Chance, Third, Nothing)]))"""))
         self.assertEqual(told[0], [])
-        self.assertIn("two runs with one seed differ", told[1][0])
+        self.assertIn("two runs with the same seed differ", told[1][0])
         self.assertIn("IndexError", told[2][0])
         self.assertIn("it counts nothing", told[3][0])
 

@@ -81,7 +81,7 @@ class Fit(unittest.TestCase):
         (self.folder / "bad.csv").write_text("a,b\n1,2\n")
         (self.folder / "none.csv").write_text("# 1 1 led\ntime_s,robot,x_m,y_m,direction_rad,led\nnan,0,inf,0,0,2\n")
         self.run_lab("short", 1, seconds=10)
-        for words, sentence in ((["robots", "empty"], "holds no recording of a lab"), (["robots", "bad.csv"], "is no table of tracks"),
+        for words, sentence in ((["robots", "empty"], "holds no recording of a lab"), (["robots", "bad.csv"], "is not a table of tracks"),
                                 (["robots", "none.csv"], "no robot drove straight"), (["robots", "short", "--lab", "shark"], "no recording of the lab shark"),
                                 (["check", "short", "short"], "too few to compare")):
             with self.subTest(words):

@@ -113,8 +113,8 @@ class Publish(unittest.TestCase):
             time.sleep(0.05)
 
     def test_what_a_citation_lacks_is_asked_for(self):
-        for words, wanted in (([], '--author "NAME, ORCID" and --licence'), (CITED[:2], "lacks --licence"), ([*CITED[2:], "--author", "Ada, 0000-0002-1825-0098"], "its last digit does not fit"),
-                              ([*CITED, "--out", self.crate], "is there already")):
+        for words, wanted in (([], '--author "NAME, ORCID" and --licence'), (CITED[:2], "lacks --licence"), ([*CITED[2:], "--author", "Ada, 0000-0002-1825-0098"], "its last digit is a checksum"),
+                              ([*CITED, "--out", self.crate], "already exists")):
             refused = called("publish", self.folder / "run", *words)
             self.assertEqual((refused.returncode, refused.stderr.count("\n"), wanted in refused.stderr), (1, 1, True), refused.stderr)
         self.assertFalse((self.folder / "run-crate").exists())

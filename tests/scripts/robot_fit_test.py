@@ -135,7 +135,7 @@ class Fit(unittest.TestCase):
             for i, robot in robots.items():
                 self.assertAlmostEqual(told[i]["speed_m_per_s"][0] / robot["speed_m_per_s"], 1, delta=0.05)
             table.write_text(rows[0] + "\n0,zero\n")
-            with self.assertRaisesRegex(robot_tracks.Refused, "film.csv is no table of tracks; give one that"):
+            with self.assertRaisesRegex(robot_tracks.Refused, "film.csv is not a table of tracks; give one written"):
                 robot_tracks.read(table)
 
     def test_pushed_robots(self):

@@ -75,7 +75,7 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     text = f"labs = {json.dumps([os.path.abspath(lab) for lab in labs])}\nseeds = {json.dumps([int(seed) for seed in seeds])}\n[sweep]\n"
     text += "".join(f"{json.dumps(key)} = {json.dumps(values, default=running.plain)}\n" for key, values in swept.items())
     if experiment.exists() and experiment.read_text() != text:
-        raise FileExistsError(f"{experiment} is of another sweep; give another `out`")
+        raise FileExistsError(f"{experiment} belongs to another sweep; give another `out`")
     experiment.write_text(text)
     sets = arguments[len(labs):]
     session = Session(["batch", str(experiment), *sets, "--jobs", str(jobs)], cls is not None, progress)
@@ -120,11 +120,11 @@ def check(scenario: Union[Type[Scenario], str, os.PathLike], *, robots: int = 6,
         runs = [tried(f"run{i}", robots) for i in range(2)]
         if runs[0] and runs[1]:
             if runs[0].hash != runs[1].hash or runs[0].counts != runs[1].counts:
-                found.append("two runs with one seed differ: the scenario depends on something that the seed does not decide; take chance from lab.random(purpose), and time from lab.now_s")
+                found.append("two runs with the same seed differ: the scenario depends on something that the seed does not determine; use lab.random(purpose) for chance, and lab.now_s for time")
             told = runs[0].labs["a"].result.get("scenario_in_python", {})
             found += told.get("unseeded", [])
             if not (runs[0].counts or any(runs[0].labs[name].rows for name in "ab")):
-                found.append("it counts nothing: lab.count(name) and lab.row(table, ...) are what a run's result and tables are made of")
+                found.append("it counts nothing: lab.count(name) and lab.row(table, ...) fill a run's result and tables")
             tried("one", 1)
     return list(dict.fromkeys(found))
 
