@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 
+#include "tests/support/pictures/other_tables.hpp"
 #include "tests/support/pictures/photo_effects.hpp"
 #include "tracker/detect/detector.hpp"
 #include "tracker/detect/led_colour.hpp"
 #include "tracker/detect/led_neighbours.hpp"
 #include "tracker/detect/led_spot.hpp"
+#include "tracker/detect/white_balance.hpp"
 
 namespace arkmesh::tests {
 namespace {
@@ -167,6 +170,45 @@ TEST_CASE("find_led, glare on the coin cell") {
   CHECK(all == 351);
   CHECK(lit >= 0.95 * all);
   CHECK(wrong <= 3);
+}
+
+TEST_CASE("find_led, casts, haze and white tables") {
+  // Proves: what light and table do to a whole picture is taken out: of lit LEDs that are called anything, nearly all
+  // have the right colour, and hardly an unlit one is lit.
+  struct Case {
+    const char* name;
+    double least;
+    std::function<Scene(const Scene&)> make;
+  };
+  const auto pixels = [](const std::function<void(cv::Mat&)>& change) {
+    return [=](const Scene& scene) { return changed(scene, change); };
+  };
+  for (const Case& one : {Case{"warm", 0.9, pixels([](cv::Mat& m) { cast(m, 0.65, 0.95, 1.25); })},
+                          {"cool", 0.9, pixels([](cv::Mat& m) { cast(m, 1.3, 1.0, 0.75); })},
+                          {"greenish", 0.9, pixels([](cv::Mat& m) { cast(m, 0.8, 1.15, 0.85); })},
+                          {"pink", 0.9, pixels([](cv::Mat& m) { cast(m, 1.1, 0.8, 1.15); })},
+                          {"hazy", 0.9, pixels([](cv::Mat& m) { m.convertTo(m, -1, 0.25, 90); })},
+                          {"white table", 0.95, [](const Scene& scene) { return on_table(scene, "white"); }}}) {
+    int lit = 0, told = 0, right = 0, unlit_lit = 0;
+    for (const Scene& real : real_scenes()) {
+      const Scene scene = one.make(real);
+      std::vector<tracker::Circle> boards;
+      for (const TrueRobot& robot : scene.robots) boards.push_back({robot.x_px, robot.y_px, robot.r_px});
+      const tracker::Light gains = tracker::white_balance(scene.bgr, boards);
+      for (std::size_t i = 0; i < boards.size(); ++i) {
+        const Led led = tracker::find_led(scene.bgr, boards[i], gains).led, truth = scene.robots[i].led;
+        if (truth == Led::off)
+          unlit_lit += led != Led::off && led != Led::unknown;
+        else
+          ++lit, told += led != Led::unknown, right += led == truth;
+      }
+    }
+    CAPTURE(one.name);
+    CHECK(lit == 117);
+    CHECK(right >= one.least * told);
+    CHECK(told >= 0.7 * lit);
+    CHECK(unlit_lit <= 2);
+  }
 }
 
 TEST_CASE("find_led, unlit and out of sight") {

@@ -19,9 +19,13 @@ constexpr int directions = 48, rings = 8;
 constexpr double nearest = 0.6, ring_step = 0.06;  // of the radius: the LED lies at 0.8 to 0.95, parallax included
 constexpr double two_pi = 6.283185307179586;
 constexpr double cold_bonus = 0.12, lit = 0.98;  // least brightness of a spot that is lit, see below
-// Most that a coin cell lets guess of white. Chosen on real pictures with glare painted on: with 255, more than a
-// quarter of their lit LEDs stay off, because the mean of a lit spot is darker than its brightest pixel.
+// Most that a coin cell lets guess of white, and that coloured light must outshine: the mean of a lit spot is darker
+// than its brightest pixel. Chosen on real pictures with glare painted on and on white tables: with 255, more than a
+// quarter of their lit LEDs stay off.
 constexpr double most_white = 190;
+// Boards are darker than this part of table or coin cell, and than this, or else the picture is hazy: chosen on real
+// pictures of little contrast and on dark tables.
+constexpr double darkest_part = 0.6, darkest = 60;
 // Metal and coin cells that mirror a lamp are warm and pale, and seldom outshine a white table by much: chosen on
 // rendered rooms.
 constexpr double palest_warm = 0.4, surely_lit = 0.55;
@@ -165,14 +169,17 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
   double x = board.x_px + far * static_cast<double>(towards.x[spot_direction]);
   double y = board.y_px + far * static_cast<double>(towards.y[spot_direction]);
 
-  // How bright a white thing is here: the table, or on a dark table what the coin cell lets guess; a coin cell that
-  // mirrors a lamp lets guess no more than most_white.
+  // How bright a white thing is here, above haze: the table, or on a dark table what the coin cell lets guess.
   std::array<int, directions> coin{};
   for (std::size_t a = 0; a < directions; ++a) coin[a] = brightest_channel(at(0.35F * r, a));
-  const double white = std::max({static_cast<double>(median(table)), std::min(1.6 * median(coin), most_white), 20.0});
+  const Light dark = dark_board(seen);
+  const double table_value = median(table), coin_value = median(coin);
+  const double haze = std::max(0.0, std::max({dark.blue, dark.green, dark.red}) -
+                                        std::max(darkest, darkest_part * std::max(table_value, coin_value))) /
+                      (1 - darkest_part);
+  const double white = std::max({table_value - haze, std::min(1.6 * (coin_value - haze), most_white), 20.0});
 
   // Core and halo, pixel by pixel.
-  const Light dark = dark_board(seen);
   const auto dark_blue = static_cast<float>(dark.blue), dark_green = static_cast<float>(dark.green),
              dark_red = static_cast<float>(dark.red);
   const auto core_level = static_cast<float>(peak - 0.4 * excess), reach = static_cast<float>(0.5 * r_px),
@@ -212,9 +219,9 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
     }
   }
   const Light added{static_cast<double>(added_blue), static_cast<double>(added_green), static_cast<double>(added_red)};
-  // A lit spot outshines a white table and all other spots on the robot; glints on unlit robots do neither much, and
-  // have the warm or grey colour of metal. The weights separate lit from unlit robots of real pictures, changed in
-  // light, noise, blur and size.
+  // A lit spot outshines the table, if it is coloured only as far as most_white, and all other spots on the robot;
+  // glints on unlit robots do neither much, and have the warm or grey colour of metal. The weights separate lit from
+  // unlit robots of real pictures, changed in light, noise, blur and size.
   const LedColour colour = led_colour(added);
   std::tie(spot.primary, spot.primary_confidence) = primary_of(added);
   const bool cold = colour.led == hal::Led::green || colour.led == hal::Led::cyan || colour.led == hal::Led::blue;
@@ -223,7 +230,8 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
   // metal is warm, but never that colourful
   const double vivid = std::clamp((saturation - 0.6) / 0.25, 0.0, 1.0);
   const double bonus = cold_bonus * (cold ? 1.0 : vivid) * colour.confidence;
-  const double brightness = (peak + 0.17 * excess - 0.45 * elsewhere / 9.0) / white + bonus;
+  const double outshone = colour.led == hal::Led::white ? white : std::min(white, most_white);
+  const double brightness = (peak - haze + 0.17 * excess - 0.45 * elsewhere / 9.0) / outshone + bonus;
   const auto sure = static_cast<float>(std::clamp(std::abs(brightness - lit) / 0.2, 0.0, 1.0));
   spot.lit_confidence = sure;
   if (brightness < lit) {

@@ -1,4 +1,4 @@
-// See tint.hpp.
+// See white_balance.hpp.
 #include "tracker/detect/white_balance.hpp"
 
 #include <algorithm>
@@ -12,8 +12,9 @@ namespace arkmesh::tracker {
 namespace {
 
 constexpr std::size_t max_robots = 60;
-constexpr double usual =
-    0.12;  // grey things of good pictures differ by so much: natural logarithm of a ratio of channels
+// A cast of good pictures, natural logarithm of a ratio of channels; and by how much more it is surely false. Chosen on
+// the real pictures with casts and other gammas.
+constexpr double usual = 0.05, surely_more = 0.05;
 
 // How much more blue and red than green things are, in logarithms.
 struct Ratios {
@@ -34,11 +35,9 @@ struct Ratios {
   }
 };
 
-// What two have in common, less what is usual.
+// What two have in common.
 double shared(double one, double other) {
-  if (one * other <= 0) return 0;
-  const double least = std::min(std::abs(one), std::abs(other));
-  return std::copysign(std::max(0.0, least - usual), one);
+  return one * other <= 0 ? 0 : std::copysign(std::min(std::abs(one), std::abs(other)), one);
 }
 
 }  // namespace
@@ -51,10 +50,14 @@ Light white_balance(const cv::Mat& bgr, std::span<const Circle> boards) {
     table.look(bgr, boards[i], 1.25);
   }
   if (coins.blue.size() < 8 || table.blue.size() < 8) return {1, 1, 1};
-  const double blue = shared(median(coins.blue), median(table.blue)),
-               red = shared(median(coins.red), median(table.red));
+  const double coin_blue = median(coins.blue), coin_red = median(coins.red), table_blue = median(table.blue),
+               table_red = median(table.red);
+  const double blue = shared(coin_blue, table_blue), red = shared(coin_red, table_red);
+  // A cast is all of a picture's: it is more than what the two differ by.
+  const double more = std::hypot(blue, red) - std::hypot(coin_blue - table_blue, coin_red - table_red) - usual;
+  const double trust = std::clamp(more / surely_more, 0.0, 1.0);
   // Mistrust of what would be extraordinary: no camera is that wrong.
-  const auto factor = [](double tint) { return std::exp(-std::clamp(tint, -0.7, 0.7)); };
+  const auto factor = [&](double tint) { return std::exp(-trust * std::clamp(tint, -0.7, 0.7)); };
   return {factor(blue), 1, factor(red)};
 }
 
