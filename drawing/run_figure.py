@@ -39,7 +39,7 @@ class Lab:
                 if overlay is None or at_s is None or stamp_s <= at_s:
                     overlay = data
         if arena is None or chosen is None:
-            raise Refused(f"{log} holds no whole period yet; nothing to draw.")
+            raise Refused(f"{log} holds no complete period yet; nothing to draw.")
         self.arena, self.view = read_log.decode(arena), read_log.decode(chosen)
         self.overlay = read_log.decode(overlay) if overlay else None  # None of another version's, too
         self.name = self.arena.lab
@@ -191,7 +191,7 @@ def labs_of(run, at_s=None):
     """The labs of a run's folder, or of one lab's, at a moment; the largest arena first. Raises Refused."""
     folders = [run] if read_log.log_in(run).is_file() else sorted(folder for folder in run.glob("*") if read_log.log_in(folder).is_file())
     if not folders:
-        raise Refused(f"{run} is no run folder: there is no log.lcm in it or one level below.")
+        raise Refused(f"{run} is not a run folder: there is no log.lcm in it or one level below.")
     result = run / "result.json"
     took_part = json.loads(result.read_text()).get("labs", []) if folders != [run] and result.is_file() else []
     gone = [lab for lab in took_part if not read_log.log_in(run / lab).is_file()]
@@ -202,5 +202,5 @@ def labs_of(run, at_s=None):
         lab.bodies_m = {other.name: other.body_radius_m for other in labs}
     last_s = max(lab.last_s for lab in labs)
     if at_s is not None and not 0 <= at_s <= last_s:
-        raise Refused(f"--at {at_s:g}: {run} has moments from 0 to {last_s:g} s of lab time; give one of them, or none for the last.")
+        raise Refused(f"--at {at_s:g}: {run} covers lab time 0 to {last_s:g} s; give a time in that range, or none for its end.")
     return labs

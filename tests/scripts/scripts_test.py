@@ -106,7 +106,7 @@ class Scripts(unittest.TestCase):
         (self.run_dir / "picture.png").unlink()
         for at in (8.1, 9999, -1, "nan"):
             refused = script("plot", self.run_dir, "--at", at)
-            self.assertEqual((refused.returncode, refused.stderr), (1, f"plot: --at {float(at):g}: {self.run_dir} has moments from 0 to 8 s of lab time; give one of them, or none for the last.\n"))
+            self.assertEqual((refused.returncode, refused.stderr), (1, f"plot: --at {float(at):g}: {self.run_dir} covers lab time 0 to 8 s; give a time in that range, or none for its end.\n"))
         refused = script("plot", self.run_dir, self.run_dir)
         self.assertEqual((refused.returncode, refused.stderr), (1, "plot: 2 runs were given; this draws one, and drawing/plot_curves the curves of several.\n"))
         self.assertFalse((self.run_dir / "picture.png").exists())
@@ -165,7 +165,7 @@ class Scripts(unittest.TestCase):
         self.assertEqual((drawn.returncode, drawn.stderr.count("\n"), "is cut or damaged: its last" in drawn.stderr), (0, 1, True), drawn.stderr)
         self.log.write_bytes(whole[:100])
         refused = script("plot", self.run_dir)
-        self.assertEqual((refused.returncode, "holds no whole period" in refused.stderr, "Traceback" in refused.stderr), (1, True, False))
+        self.assertEqual((refused.returncode, "holds no complete period" in refused.stderr, "Traceback" in refused.stderr), (1, True, False))
 
     def test_plot_of_another_scenario(self):
         """Without sites and tasks the robots are drawn alone; with the overlay that a scenario shows, and with the swarms of CRE over time."""
