@@ -12,6 +12,7 @@
 #include <opencv2/videoio.hpp>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "hal/counted.hpp"
@@ -90,7 +91,7 @@ class VideoFile final : public Recording {
     switch (record.kind) {
       case PictureRecord::Kind::jpeg:
       case PictureRecord::Kind::bgr:
-        last_ = std::max(last_, hal::LabTime(record.time_us));
+        last_ = later_than_last(hal::LabTime(std::clamp<std::int64_t>(record.time_us, 0, longest_us)));
         return Picture{.bgr = std::move(event.bgr), .stamp = last_, .number = next_++, .name = name()};
       case PictureRecord::Kind::damaged:
         damaged_ = std::clamp<std::int64_t>(record.count, 1, 1'000'000);
@@ -111,8 +112,17 @@ class VideoFile final : public Recording {
   std::string error() const override { return error_; }
 
  private:
+  static constexpr std::int64_t longest_us = 1'000'000'000'000'000;
   static bool never() { return false; }
   std::string name() const { return fmt::format("picture {} of {}", next_ - 1, path_); }
+  hal::LabTime later_than_last(hal::LabTime told) {
+    if (!std::exchange(has_last_, true) || told > last_) return told;
+    if (error_.empty())
+      error_ = fmt::format(
+          "the time stamps of {} go back or stand still at picture {}; times from there on assume {:g} a second", path_,
+          next_, pictures_per_s_);
+    return last_ + hal::LabTime(std::llround(1e6 / pictures_per_s_));
+  }
   std::optional<Picture> damaged() {
     --damaged_;
     ++next_;
@@ -122,7 +132,7 @@ class VideoFile final : public Recording {
   std::string path_, error_;
   PictureChild child_;
   double pictures_per_s_ = 25;
-  bool guess_ = false;
+  bool guess_ = false, has_last_ = false;
   std::optional<std::uint32_t> pictures_;
   std::uint32_t next_ = 0;
   std::int64_t damaged_ = 0;  // pictures to be given as such
