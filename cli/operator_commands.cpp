@@ -61,11 +61,12 @@ struct OperatorOptions : BusOptions {
 // Fills in the proof of a command.
 using Prove = std::function<void(operator_command_t&)>;
 
-Prove prove_as_user() {
+Prove prove_as_user(bool as_one_of_world) {
   lab::OperatorKey key;
   if (key.make()) std::this_thread::sleep_for(std::chrono::milliseconds(200));  // labs look for another one each 0.1 s
   key.read();
-  return [key](operator_command_t& message) {
+  return [key, as_one_of_world](operator_command_t& message) {
+    message.command.type = as_one_of_world ? operator_command_t::of_world : 0;
     std::ranges::copy(key.prove(lab::proved_bytes(message)).value(), message.proof);
   };
 }
@@ -120,11 +121,7 @@ void tell(const OperatorWord& word, lab::RunningLab& lab, const Prove& prove, co
 
 void tell_own(const OperatorWord& word, const BusOptions& options, bool as_one_of_world = false) {
   const hal::BusConfig bus = options.bus();
-  const Prove as_user = prove_as_user();
-  const Prove prove = [&](operator_command_t& message) {
-    message.command.type = as_one_of_world ? operator_command_t::of_world : 0;
-    as_user(message);
-  };
+  const Prove prove = prove_as_user(as_one_of_world);
   lab::RunningLab lab(bus, options.lab());
   if (!lab.speaks()) throw no_lab(bus.url, word, options);
   tell(word, lab, prove, options);

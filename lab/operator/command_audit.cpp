@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <map>
 
 #include "arkmesh/operator_command_t.hpp"
 #include "hal/arenas/messages.hpp"
@@ -15,36 +16,23 @@ namespace {
 
 constexpr int most_refused = 1000;
 
-std::string word_of(int command) {
-  switch (command) {
-    case -1:
-      return "";
-    case fleet_command_t::run:
-      return "resume";
-    case fleet_command_t::pause:
-      return "pause";
-    case fleet_command_t::reset:
-      return "reset";
-    case operator_command_t::stop:
-      return "stop";
-    case operator_command_t::arm:
-      return "arm";
-    case operator_command_t::disarm:
-      return "disarm";
-    default:
-      return fmt::format("{}", command);
-  }
-}
-
 }  // namespace
 
-void CommandAudit::admitted(const std::string& peer, int command) {
-  row(peer, word_of(command), "admitted");
-  recorder_.flush();
+std::string CommandAudit::word_of(int command) {
+  static const std::map<int, std::string> words{{-1, ""},
+                                                {fleet_command_t::run, "resume"},
+                                                {fleet_command_t::pause, "pause"},
+                                                {fleet_command_t::reset, "reset"},
+                                                {operator_command_t::stop, "stop"},
+                                                {operator_command_t::arm, "arm"},
+                                                {operator_command_t::disarm, "disarm"}};
+  const auto word = words.find(command);
+  return word == words.end() ? fmt::format("{}", command) : word->second;
 }
 
-void CommandAudit::refused(const std::string& peer, int command, std::string_view why) {
-  refused(peer, word_of(command), why);
+void CommandAudit::admitted(const std::string& peer, std::string_view command) {
+  row(peer, command, "admitted");
+  recorder_.flush();
 }
 
 void CommandAudit::refused(const std::string& peer, std::string_view command, std::string_view why) {

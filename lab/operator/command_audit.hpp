@@ -14,11 +14,12 @@ class CommandAudit {
   // Both outlive it.
   CommandAudit(hal::Recorder& recorder, const hal::Clock& clock) : recorder_(recorder), clock_(clock) {}
 
-  // `peer`: the lab whose operator it is said to be; empty: the own one. `command`: of the message; -1: it has none.
-  void admitted(const std::string& peer, int command);
+  // Of a message; of -1, of none, empty.
+  static std::string word_of(int command);
+  // `peer`: the lab whose operator it is said to be; empty: the own one. `command`: a word of ours, as the table has
+  // it.
+  void admitted(const std::string& peer, std::string_view command);
   // The first thousand of them.
-  void refused(const std::string& peer, int command, std::string_view why);
-  // The same of what was no message: `command` in a word of ours, which goes into the table as it is.
   void refused(const std::string& peer, std::string_view command, std::string_view why);
 
  private:

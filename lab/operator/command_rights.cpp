@@ -140,10 +140,8 @@ std::optional<Refusal> CommandRights::unsigned_by(const std::string& peer, const
 hal::Counters CommandRights::counters() const {
   hal::Counters all;
   if (givers_.size() > 1) all.set("operator.armed", armed_ ? 1 : 0);
-  for (const auto& [peer, giver] : givers_) {
-    if (giver.admitted == 0) continue;
-    all.set("operator.commands" + (peer.empty() ? "" : "." + peer), giver.admitted);
-  }
+  for (const auto& [peer, giver] : givers_)
+    if (giver.admitted > 0) all.set("operator.commands" + (peer.empty() ? "" : "." + peer), giver.admitted);
   return all;
 }
 

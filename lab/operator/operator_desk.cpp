@@ -15,6 +15,7 @@
 namespace arkmesh::lab {
 namespace {
 
+const std::optional<Refusal> ended = Refusal{"ended", "the run has ended"};
 constexpr std::ptrdiff_t most_answers = 8;  // to commands that are done, and to others
 
 }  // namespace
@@ -35,12 +36,9 @@ void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> byt
   if (!hal::decode(bytes, message)) return refuse(peer, -1, {"undecodable", "it is not an operator_command_t"});
   const int command = message.command.command;
   asked_ = true;
-  if (command == operator_command_t::ask) {
-    challenge_asked_ = true;
-    return;
-  }
+  if (command == operator_command_t::ask) return void(challenge_asked_ = true);
   if (message.lab != lab_) return counters_.add("operator.for_other_lab");
-  const auto refusal = closed_ ? Refusal{"ended", "the run has ended"} : rights_.refusal(peer, message, now);
+  const auto refusal = closed_ ? ended : rights_.refusal(peer, message, now);
   answer(message.number, refusal ? refusal->why : std::string_view());
   if (refusal) return refuse(peer, command, *refusal);
   admit(peer, channel, message, bytes);
@@ -65,12 +63,7 @@ std::vector<operator_answer_t> OperatorDesk::take_answers(Now now) {
 }
 
 std::string OperatorDesk::perform(std::uint8_t command, Now now) {
-  std::optional<Refusal> refusal;
-  if (closed_)
-    refusal = {"ended", "the run has ended"};
-  else
-    refusal = rights_.refusal_here(command, now);
-  if (refusal) {
+  if (const auto refusal = closed_ ? ended : rights_.refusal_here(command, now)) {
     refuse({}, command, *refusal);
     return refusal->sentence;
   }
@@ -88,7 +81,7 @@ std::string OperatorDesk::perform(std::uint8_t command, Now now) {
 void OperatorDesk::admit(const std::string& peer, std::string_view channel, const operator_command_t& message,
                          std::span<const std::byte> bytes) {
   const int command = message.command.command;
-  audit_.admitted(peer, command);
+  audit_.admitted(peer, CommandAudit::word_of(command));
   recorder_.record(clock_.now(), channel, bytes);
   if (command == operator_command_t::stop)
     end_asked_ = true;
@@ -97,17 +90,13 @@ void OperatorDesk::admit(const std::string& peer, std::string_view channel, cons
 }
 
 void OperatorDesk::refuse(const std::string& peer, int command, const Refusal& refusal) {
-  audit_.refused(peer, command, refusal.why);
+  audit_.refused(peer, CommandAudit::word_of(command), refusal.why);
   const std::string counter = fmt::format("operator.refused.{}", refusal.why);
   counters_.add(counter);
   if (said_.emplace(refusal.why).second)
     spdlog::warn("{} refused a command on {}: {}; further refusals are counted as {}", lab_,
                  peer.empty() ? operator_channel : hal::printable(peer, hal::max_lab_name) + '/' + operator_channel,
                  refusal.sentence, counter);
-}
-
-std::vector<OperatorDesk::ForRobots> OperatorDesk::take() {
-  return std::exchange(for_robots_, {});
 }
 
 hal::Counters OperatorDesk::counters() const {

@@ -45,7 +45,7 @@ class OperatorDesk {
     std::string peer;
     fleet_command_t command;
   };
-  std::vector<ForRobots> take();
+  std::vector<ForRobots> take() { return std::exchange(for_robots_, {}); }
   // To the last commands since it was called before, the oldest first, and a challenge to who asked for one. A flood of
   // commands that are refused drives out no other answer.
   std::vector<operator_answer_t> take_answers(Now now);
@@ -54,10 +54,7 @@ class OperatorDesk {
   // The run is to end.
   bool end_asked() const { return end_asked_; }
   // From now on everything is refused.
-  void close() {
-    closed_ = true;
-    rights_.disarm();
-  }
+  void close() { closed_ = true, rights_.disarm(); }
   hal::Counters counters() const;
 
  private:

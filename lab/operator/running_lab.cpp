@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <random>
 
-#include "hal/arenas/robot_words.hpp"
 #include "hal/label.hpp"
 #include "lab/operator/operator_message.hpp"
-#include "lab/safety_config.hpp"
 
 namespace arkmesh::lab {
 namespace {
@@ -61,22 +59,10 @@ bool RunningLab::comes_to(std::chrono::milliseconds within, const std::function<
   return true;
 }
 
-std::string RunningLab::not_standing() const {
-  return hal::in_words(not_seen());
-}
-
-bool RunningLab::stands() const {
-  return should_stand() && stand(not_seen(), static_cast<std::size_t>(status_.may_be_missing));
-}
-
 std::vector<hal::NotStanding> RunningLab::not_seen() const {
   std::vector<hal::NotStanding> robots;
   for (const not_standing_t& robot : status_.not_standing) robots.push_back(hal::from_message(robot));
   return robots;
-}
-
-bool RunningLab::speaks() {
-  return comes_to(2500ms, [] { return true; });
 }
 
 std::string RunningLab::tell(std::uint8_t command, const std::function<void(operator_command_t&)>& prove) {

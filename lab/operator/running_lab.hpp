@@ -14,8 +14,10 @@
 #include "arkmesh/operator_answer_t.hpp"
 #include "arkmesh/operator_command_t.hpp"
 #include "hal/arenas/messages.hpp"
+#include "hal/arenas/robot_words.hpp"
 #include "hal/bus/bus.hpp"
 #include "hal/bus/bus_config.hpp"
+#include "lab/safety_config.hpp"
 
 namespace arkmesh::lab {
 
@@ -26,7 +28,9 @@ class RunningLab {
   RunningLab(const hal::BusConfig& bus, const std::string& name, const std::string& own = {});
 
   // False when it has said nothing within the time that labs take for it.
-  bool speaks();
+  bool speaks() {
+    return comes_to(std::chrono::milliseconds(2500), [] { return true; });
+  }
   const std::string& name() const { return status_.lab; }
   const std::string& state() const { return status_.state; }
   std::int32_t period() const { return status_.period; }
@@ -37,9 +41,9 @@ class RunningLab {
   // Robots should do something else than run.
   bool should_stand() const { return status_.wanted != lab_status_t::run; }
   // Of robots that should stand those that were not seen to, in words; empty: none.
-  std::string not_standing() const;
+  std::string not_standing() const { return hal::in_words(not_seen()); }
   // Robots should stand, and were seen to, but for those that the lab's safety.missing lets go.
-  bool stands() const;
+  bool stands() const { return should_stand() && stand(not_seen(), static_cast<std::size_t>(status_.may_be_missing)); }
 
   // Gives it a command until it answers, three times at most. `prove` fills in the proof. Returns what became of it:
   // nothing when it was admitted, else why not, in one sentence.

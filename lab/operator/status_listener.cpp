@@ -32,12 +32,6 @@ nlohmann::json to_json(const std::vector<counter_t>& counters) {
   return out;
 }
 
-// When a gateway was started, by its own clock: that is what its boot id says.
-std::string started(std::int64_t boot_id) {
-  const std::time_t at = boot_id / 1'000'000;
-  return fmt::format("{:%FT%TZ}", fmt::gmtime(at));
-}
-
 }  // namespace
 
 StatusListener::StatusListener(const hal::BusConfig& config)
@@ -122,7 +116,7 @@ nlohmann::json StatusListener::peer_json(const peer_t& peer) const {
   nlohmann::json out{{"up", peer.up != 0},
                      {"why", hal::printable(peer.why, longest_text)},
                      {"version", hal::printable(peer.version, longest_text)},
-                     {"since", peer.boot_id > 0 ? nlohmann::json(started(peer.boot_id)) : nlohmann::json()},
+                     {"since", nullptr},
                      {"settings", settings == settings_.end() ? nlohmann::json() : nlohmann::json(settings->second)},
                      {"round_trip_s", nullptr},
                      {"clock", nullptr},
@@ -131,6 +125,8 @@ nlohmann::json StatusListener::peer_json(const peer_t& peer) const {
                      {"waiting_bytes", value_of(peer.counters, "outbox.waiting.bytes")},
                      {"channels", channels},
                      {"counters", to_json(peer.counters)}};
+  // a boot id tells when the gateway was started, by its own clock
+  if (peer.boot_id > 0) out["since"] = fmt::format("{:%FT%TZ}", fmt::gmtime(std::time_t{peer.boot_id / 1'000'000}));
   if (peer.round_trip_us >= 0) {
     out["round_trip_s"] = static_cast<double>(peer.round_trip_us) * 1e-6;
     out["clock"] = {{"offset_s", static_cast<double>(peer.clock_offset_us) * 1e-6},
