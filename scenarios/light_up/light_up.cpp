@@ -1,7 +1,8 @@
 #include "scenarios/light_up/light_up.hpp"
 
-#include <algorithm>
 #include <chrono>
+
+#include "scenarios/kit/neighbours.hpp"
 
 namespace arkmesh::scenarios::light_up {
 
@@ -16,10 +17,15 @@ void LightUp::begin(lab::Lab& lab) {
 void LightUp::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   if (lab.is_owner() || !merged_) return;
   std::int64_t n_lit = 0;
-  const hal::Projection& projection = lab.projection();
-  const std::vector<lab::SharedRobot>& others = lab.state(lab.owner()).robots;
-  for (const hal::Observation& seen : frame.robots) {
-    const bool near = is_near(projection.to_shared(seen.pose), others);
+  std::vector<kit::Seen> robots, others;  // in the shared frame
+  const auto add = [](std::vector<kit::Seen>& to, const hal::Pose& at) { to.push_back({.place = {at.x_m, at.y_m}}); };
+  for (const hal::Observation& seen : frame.robots) add(robots, lab.projection().to_shared(seen.pose));
+  for (const lab::SharedRobot& other : lab.state(lab.owner()).robots) add(others, other.in_shared);
+  std::vector<bool> is_near(robots.size());
+  kit::each_near(robots, others, settings_.reach_m, [&](std::size_t robot, std::size_t) { is_near[robot] = true; });
+  for (std::size_t i = 0; i < frame.robots.size(); ++i) {
+    const hal::Observation& seen = frame.robots[i];
+    const bool near = is_near[i];
     n_lit += near;
     lab.tell({.robot = seen.robot, .kind = near ? lit : dark},
              seen.led != hal::Led::unknown && (seen.led != hal::Led::off) == near);
@@ -48,13 +54,6 @@ void LightUp::draw(lab::Lab& lab) const {
                          .colour = hal::Colour::other,
                          .dashed = true});
   }
-}
-
-bool LightUp::is_near(const hal::Pose& p, const std::vector<lab::SharedRobot>& others) const {
-  return std::ranges::any_of(others, [&](const lab::SharedRobot& other) {
-    const double dx = other.in_shared.x_m - p.x_m, dy = other.in_shared.y_m - p.y_m;
-    return dx * dx + dy * dy <= settings_.reach_m * settings_.reach_m;
-  });
 }
 
 }  // namespace arkmesh::scenarios::light_up

@@ -1,5 +1,5 @@
 // The smallest useful scenario: robots of every lab but the owner's light up while a robot of the owner is near in the
-// shared world. Uses nothing but the scenario interface.
+// shared world. Uses nothing but the scenario interface, and the kit's cells to find who is near.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,6 @@ class LightUp final : public lab::Scenario {
 
  private:
   void draw(lab::Lab& lab) const;
-  bool is_near(const hal::Pose& p, const std::vector<lab::SharedRobot>& others) const;
 
   Settings settings_;
   bool merged_ = false;
