@@ -60,8 +60,10 @@ class Page:
             raise Failed(f"the page failed: {error}")
         return value
 
-    def begin(self, t_s, speed=0):
-        """Goes to a time; with a speed, pictures have a caption with both."""
+    def begin(self, t_s, speed=0, trail_s=None):
+        """Goes to a time; with a speed, pictures have a caption with both. Trails show the last `trail_s` of lab time; None: as the page has it."""
+        if trail_s is not None:
+            self.driver.execute_script("arkmesh.options.set({shown: {...arkmesh.options.shown, trails: arguments[0] > 0}, trail_s: arguments[0] || arkmesh.options.trail_s})", trail_s)
         self.call("arkmesh.film.begin(arguments[0], arguments[1])", t_s * 1e6, speed)
 
     def next(self, step_s):
@@ -101,7 +103,7 @@ def encoded(shown, moments, step_s):
         yield i + now, shown.encoded(step_s, now, i + now == moments)
 
 
-def film(url, out, begin_s, end_s, speed, per_s, width, height, bare, dark=False, prepare=None):
+def film(url, out, begin_s, end_s, speed, per_s, width, height, bare, dark=False, trail_s=None, prepare=None):
     """Writes a film (.mp4, or .gif) of that stretch of lab time, under its name only when it is whole. `prepare` is JavaScript to run before the
     first moment."""
     with page(url, width, height, bare, dark) as shown:
@@ -114,7 +116,7 @@ def film(url, out, begin_s, end_s, speed, per_s, width, height, bare, dark=False
             drawn, data, how = pictures(shown, moments, step_s, kind), ["image2pipe", "-c:v", kind.replace("jpeg", "mjpeg")], None
 
         def begin():
-            shown.begin(max(0, begin_s), speed)
+            shown.begin(max(0, begin_s), speed, trail_s)
             if prepare:
                 shown.driver.execute_script(prepare)
         write(out, drawn, moments, per_s, data, how, begin)

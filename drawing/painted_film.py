@@ -104,10 +104,10 @@ class Arena:
         for x, y, text, colour in texts:
             self.words(ImageDraw.Draw(self.floor), x, y, text, colour, 0.4)
 
-    def paint_robots(self, draw, t_s):
+    def paint_robots(self, draw, t_s, trail_s):
         lab = self.lab
         row = max(0, int(numpy.searchsorted(lab.t_s, t_s + 1e-9, "right")) - 1)
-        first = int(numpy.searchsorted(lab.t_s, t_s - TRAIL_S))
+        first = int(numpy.searchsorted(lab.t_s, t_s - trail_s))
         parts = numpy.linspace(first, row, len(TRAILS) + 1).astype(int)
         for colour, begin, end in zip(TRAILS, parts, parts[1:]):
             for robot in range(len(lab.ids)):
@@ -123,7 +123,7 @@ class Arena:
             draw.line([self.place(x + r * self.radius_m * math.cos(heading), y + r * self.radius_m * math.sin(heading)) for r in (0.6, 1.4)], fill=BODY, width=2 * FINER)
 
 
-def pictures(labs, begin_s, step_s, moments, length_s, speed, width, height):
+def pictures(labs, begin_s, step_s, moments, length_s, speed, width, height, trail_s=None):
     """Each moment as bytes of RGB, and how many there are so far."""
     size, caption_px = (FINER * width, FINER * height), FINER * 28
     columns = max(range(1, len(labs) + 1), key=lambda n: min(size[0] / n, size[1] / math.ceil(len(labs) / n)))
@@ -139,18 +139,18 @@ def pictures(labs, begin_s, step_s, moments, length_s, speed, width, height):
             arena.paint_floor(picture, t_s)
         draw = ImageDraw.Draw(picture)
         for arena in arenas:
-            arena.paint_robots(draw, t_s)
+            arena.paint_robots(draw, t_s, TRAIL_S if trail_s is None else trail_s)
             x, y = arena.place(-arena.size[0] / 2, -arena.size[1] / 2)
             draw.line([x + 4 * FINER, y - 5 * FINER, x + 4 * FINER + bar_m * arena.scale, y - 5 * FINER], fill=INK, width=3 * FINER)
         arenas[0].words(draw, size[0] / 2, size[1] - caption_px / 2, f"{clock(t_s)} of {clock(length_s)}, {speed:g}×, bar {bar_m:g} m", INK)
         yield i, picture.resize((width, height), Image.BOX).tobytes()
 
 
-def film(folder, out, begin_s, end_s, speed, per_s, width, height):
+def film(folder, out, begin_s, end_s, speed, per_s, width, height, trail_s=None):
     """As film_frames.film, of a run's folder."""
     labs = [lab for lab in arkmesh.open_run(folder).labs.values() if len(lab.t_s)]
     length_s = max(float(lab.t_s[-1]) for lab in labs)
     moments, step_s = moments_of(begin_s, min(end_s, length_s), length_s, speed, per_s)
-    write(out, pictures(labs, max(0, begin_s), step_s, moments, length_s, speed, width, height), moments, per_s,
+    write(out, pictures(labs, max(0, begin_s), step_s, moments, length_s, speed, width, height, trail_s), moments, per_s,
           ["rawvideo", "-pix_fmt", "rgb24", "-video_size", f"{width}x{height}"])
     return moments

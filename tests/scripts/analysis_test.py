@@ -111,6 +111,10 @@ class Analysis(unittest.TestCase):
         called(ROOT / "drawing/draw_swarm", "poses.csv", "--diameter", 0.033, "--png", "swarm.png", cwd=self.folder)
         labs = list(arkmesh.open_run(self.folder / "demo").labs.values())
         film = Image.frombytes("RGB", (640, 360), next(painted_film.pictures(labs, 0, 60, 1, 60, 20, 640, 360))[1])
+        trails = [sum(list(Image.frombytes("RGB", (640, 360), next(painted_film.pictures(labs, 0, 60, 1, 60, 20, 640, 360, trail_s))[1]).getdata()).count(
+            tuple(bytes.fromhex(colour[1:]))) for colour in painted_film.TRAILS) for trail_s in (0, 10, 60)]
+        self.assertEqual(trails[0], 0)
+        self.assertTrue(0 < trails[1] < trails[2], trails)
         for picture in (film, *(Image.open(self.folder / name).convert("RGB") for name in ("blue.png", "swarm.png"))):
             self.assertGreater(list(picture.getdata()).count(blue), 20)
 

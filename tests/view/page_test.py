@@ -497,7 +497,10 @@ class PageTest(unittest.TestCase):
             last = subprocess.run(["ffmpeg", "-loglevel", "error", "-i", out, "-vf", "select=eq(n\\,59)", "-f", "image2pipe", "-c:v", "png", "-"], capture_output=True)
         with film_frames.page(server.url, 801, 450, bare=True) as shown:
             self.assertTrue(shown.can_encode(30), "this Chromium encodes no H.264, and films take several times longer")
-            shown.begin(10, 5)
+            shown.begin(10, 5, 0)
+            self.assertEqual(shown.driver.execute_script("return [arkmesh.options.shown.trails, arkmesh.options.trail_s]"), [False, 30])
+            shown.begin(10, 5, 30)
+            self.assertEqual(shown.driver.execute_script("return [arkmesh.options.shown.trails, arkmesh.options.trail_s]"), [True, 30])
             for _ in range(60):
                 shown.next(1 / 6)
             self.assertEqual(shown.driver.execute_script("return arkmesh.stage.caption"), "0:20.0 of 1:00.0, 5×, grid 0.1 m")
