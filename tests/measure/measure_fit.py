@@ -82,13 +82,13 @@ def fit_hidden(bench):
     errors = {int(robot): float(error) for robot, error in re.findall(r"id = (\d+)\n(?:(?!id =).*\n)*?drift_deg_per_s = \S+  # \+- (\S+)", text)}
     drifts = [abs(found[robot["id"]]["drift_deg_per_s"] - robot["drift_deg_per_s"]) / errors[robot["id"]] for robot in of if robot["id"] in errors]
     bearings = [abs(found[robot["id"]].get("led_bearing_deg", float("inf")) - robot["led_bearing_deg"]) for robot in of]
-    within = sum(drift < 2 for drift in drifts)
+    within = sum(drift < (3 if bench.short else 2) for drift in drifts)  # of four robots one in six times one is beyond two by chance
     lines = subprocess.run([bench.built("track_emulated"), "emulator.toml", "20" if bench.short else "120", "--robots", "robots.toml"], cwd=folder, capture_output=True, text=True).stdout
     heading, square = (float(re.search(rf"{name}\s+([\d.]+)", lines)[1]) for name in ("heading RMS, LED on", r"\(error / stated\)\^2"))
     print("\n".join("  " + line for line in said.splitlines()))
     speed, left, right = (100 * max(each) for each in off.values())
     met = max(speed, left, right) < 5 and within >= 0.95 * len(of) and max(bearings) < 3 and heading < 5 and (0 if bench.short else 0.7) <= square <= 1.5
-    value = (f"speed {speed:.1f} %, turns {left:.1f} and {right:.1f} %, drift of {within} of {len(of)} within two errors, bearings {max(bearings):.1f} deg; "
+    value = (f"speed {speed:.1f} %, turns {left:.1f} and {right:.1f} %, drift of {within} of {len(of)} within {'three' if bench.short else 'two'} errors, bearings {max(bearings):.1f} deg; "
              f"headings {heading:.1f} deg RMS, (error / stated)^2 {square:.2f}")
     return met, value, "5 %, 95 %, 3 deg; 5 deg, 0.7 to 1.5"
 
