@@ -124,6 +124,25 @@ TEST_CASE("a named robot's heading is by its own LED") {
   CHECK(tracks[0].led_direction_rad == 0.0);
 }
 
+TEST_CASE("a robot whose LED was not measured is like those whose LEDs were, and as uncertain as these differ") {
+  constexpr double degree = std::numbers::pi / 180;
+  AssociatorSettings settings = testbed::kilobot_following();
+  for (const int robot : {1, 2, 3})
+    settings.led_offsets[static_cast<hal::RobotId>(robot)] = {(40 + 10 * robot) * degree, degree};
+  Associator associator(settings);
+  for (int i = 0; i < 40; ++i) {
+    FusedObservation one = robot_at(0, 0), other = robot_at(0.2, 0);
+    one.led_heading_rad = other.led_heading_rad = 0;
+    associator.update(at_s(0.1 * i), std::vector{one, other});
+    if (i == 5) REQUIRE(associator.name(associator.tracks()[0].number, 1));
+  }
+  const std::vector<Track>& tracks = associator.tracks();
+  CHECK(tracks[0].in_arena.heading_rad == doctest::Approx(50 * degree).epsilon(0.01));
+  CHECK(tracks[1].in_arena.heading_rad == doctest::Approx(60 * degree).epsilon(0.01));
+  CHECK(tracks[1].heading_sigma_rad > 11 * degree);  // 10 degrees, and the mean's own error
+  CHECK(tracks[1].heading_sigma_rad < 13 * degree);
+}
+
 TEST_CASE("assignment is the best there is") {
   // Proves that no other assignment gains more, on 2000 random little problems tried exhaustively.
   std::mt19937_64 random(7);

@@ -25,10 +25,21 @@ double seconds(hal::LabTime t) {
   return static_cast<double>(t.count()) * 1e-6;
 }
 
+// Mean and standard deviation of three or more, of which a further one would be.
+std::optional<LedOffset> usual_of(const std::map<hal::RobotId, LedOffset>& offsets) {
+  if (offsets.size() < 3) return {};
+  double along = 0, across = 0, squares = 0;
+  for (const auto& [robot, offset] : offsets) along += std::cos(offset.rad), across += std::sin(offset.rad);
+  const double mean = std::atan2(across, along), n = static_cast<double>(offsets.size());
+  for (const auto& [robot, offset] : offsets) squares += std::pow(wrapped(offset.rad - mean), 2);
+  return LedOffset{mean, std::sqrt(squares / (n - 1) * (1 + 1 / n))};
+}
+
 }  // namespace
 
 Associator::Associator(const AssociatorSettings& settings) : settings_(settings) {
   assert(settings.diameter_m + settings.motion.rear_axle_m > 0 && "the caller gives the robots' measures");
+  usual_led_offset_ = usual_of(settings_.led_offsets).value_or(LedOffset{settings_.led_offset_rad, 0});
 }
 
 double Associator::reach_m(const Followed& followed, hal::LabTime now) const {
@@ -248,7 +259,7 @@ void Associator::give_birth(std::span<const FusedObservation> seen, std::span<co
     if (followed.track.led_seen || seen[i].led == hal::Led::unknown) followed.track.led = seen[i].led;
     followed.track.primary = seen[i].primary, followed.track.primary_confidence = seen[i].primary_confidence;
     if (seen[i].led_heading_rad)
-      followed.motion.see_heading(wrapped(*seen[i].led_heading_rad + settings_.led_offset_rad),
+      followed.motion.see_heading(wrapped(*seen[i].led_heading_rad + usual_led_offset_.rad),
                                   seen[i].led_heading_sigma_rad);
     followed_.push_back(std::move(followed));
     counters_.add("track.born");
@@ -303,7 +314,7 @@ const std::vector<Track>& Associator::update(hal::LabTime now, std::span<const F
 LedOffset Associator::led_offset(const Followed& followed) const {
   const auto own =
       followed.track.robot ? settings_.led_offsets.find(*followed.track.robot) : settings_.led_offsets.end();
-  return own == settings_.led_offsets.end() ? LedOffset{settings_.led_offset_rad, 0} : own->second;
+  return own == settings_.led_offsets.end() ? usual_led_offset_ : own->second;
 }
 
 Associator::Followed* Associator::find(TrackNumber number) {

@@ -26,9 +26,11 @@ struct AssociatorSettings {
   double diameter_m = not_given;                   // of a robot's body; two bodies cannot overlap
   double half_width_m = 1e9, half_height_m = 1e9;  // the walls' distance from the arena's middle, along x and y
   double led_offset_rad = not_given;               // driving direction minus LED direction
-  std::map<hal::RobotId, LedOffset> led_offsets;   // of single robots in its place, as soon as they are named
-  double top_speed_m_s = 0.06;                     // nobody walks faster, pushed or played at four times life speed
-  double reach_m = 0.016;  // how far a hand moves a robot between two frames without it counting as another one
+  // Of single robots in its place, as soon as they are named. Of three or more the mean stands for all other robots,
+  // with their standard deviation.
+  std::map<hal::RobotId, LedOffset> led_offsets;
+  double top_speed_m_s = 0.06;  // nobody walks faster, pushed or played at four times life speed
+  double reach_m = 0.016;       // how far a hand moves a robot between two frames without it counting as another one
   hal::LabTime doubt_after{200'000};  // unseen for this long: nobody acts on the id until it is seen again
   hal::LabTime swap_after{
       800'000};  // unseen for this long: it may be another one when it is seen again, and must be named anew
@@ -107,6 +109,7 @@ class Associator {
   Followed* find(TrackNumber number);
 
   AssociatorSettings settings_;
+  LedOffset usual_led_offset_;      // of robots that have none of their own
   std::vector<Followed> followed_;  // ascending by number
   std::vector<Track> reported_;
   TrackNumber next_ = 0;
