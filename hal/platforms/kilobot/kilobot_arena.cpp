@@ -1,5 +1,4 @@
-// Puts eyes and voice together in real time: a look at each frame's moment, and the overhead controller served in
-// between. Whoever calls does the waiting.
+// Puts eyes and voice together in real time: looks at each frame's moment, serves the controller between. Callers wait.
 #include "hal/platforms/kilobot/kilobot_arena.hpp"
 
 #include <fmt/format.h>
