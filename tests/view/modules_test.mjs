@@ -7,7 +7,7 @@ import { tmpdir } from "node:os";
 import test from "node:test";
 import { DecodeError, Types } from "../../view/page/wire/lcm.js";
 import { Lab } from "../../view/page/world/lab.js";
-import { Places, place_beside, place_label } from "../../view/page/draw/label_place.js";
+import { Discs, Places, place_beside, place_label, sites_of } from "../../view/page/draw/label_place.js";
 import { Panes } from "../../view/page/stage/panes.js";
 import { Placement, projection } from "../../view/page/world/placement.js";
 import { Player } from "../../view/page/play/player.js";
@@ -348,10 +348,14 @@ test("labels that would lie on each other go up, as far as there is room", () =>
   assert.equal(y_of(100, 64), 64, "a line lower is room enough");
   assert.deepEqual([2, 3].map(() => y_of(100, 50)), [50 - 2 * 13.2, 50 - 3 * 13.2]);
   assert.equal(y_of(100, 50), undefined, "no room");
-  const sites = new Places();
-  sites.add_disc(400, 50, 20);
+  const sites = new Discs([{ x: 400, y: 50, radius: 20 }]);
   const box = (y) => ({ x: 400, y, width: 95, height: 13.2 });
   assert.equal(place_label(places, sites, box(50), box(80)).y, 80, "not on a site");
+  const circle = (radius_m, of) => ({ x_m: 0, y_m: 0, radius_m, label: "", dashed: false, ...of }), p = { scale: 1e6, x: (x) => x, y: (x, y) => y };
+  const free = (...circles) => sites_of(circles, p).is_free({ x: 0, y: -2e5, width: 95, height: 13.2 });
+  assert.equal(free(circle(0.5), circle(0.05, { label: "task" })), true, "what surrounds a labelled circle is none");
+  assert.equal(free(circle(0.5, { label: "nest" }), circle(0.05)), false);
+  assert.equal(free(circle(0.5, { dashed: true }), circle(0.6, { label: "nest", x_m: 9e6 })), true, "dashed ones without a label are none");
 });
 
 test("a robot's label lies beside it, on nothing else, and nowhere when there is no room", () => {

@@ -2,6 +2,8 @@
 
 /** @typedef {{x: number, y: number, width: number, height: number}} Box its middle and its sides */
 /** @typedef {Box & {radius?: number}} Taken of a disc with its radius, else of a label */
+/** @typedef {import("../wire/lcm.js").Message} Message */
+/** @typedef {import("../world/placement.js").Placement} Placement */
 
 /** What is taken is kept by squares of this side. */
 const cell_px = 48;
@@ -39,6 +41,31 @@ export class Places {
   }
 }
 
+/** What few labels may not lie on: discs of any size, which squares would take too long for. */
+export class Discs {
+  /** @param {{x: number, y: number, radius: number}[]} discs */
+  constructor(discs) {
+    /** @type {Taken[]} */
+    this.discs = discs.map(({ x, y, radius }) => ({ x, y, width: 2 * radius, height: 2 * radius, radius }));
+  }
+
+  /** @param {Box} box */
+  is_free(box) {
+    return this.discs.every((disc) => !meet(box, disc));
+  }
+}
+
+/**
+ * Circles that no circle's label may lie on. Not those that surround a labelled one, whose label would find no room at any zoom.
+ * @param {Message[]} circles of an overlay_t @param {Placement} p
+ */
+export function sites_of(circles, p) {
+  const labelled = circles.filter((circle) => circle.label);
+  const surrounds = (/** @type {Message} */ a, /** @type {Message} */ b) => b.radius_m < a.radius_m && Math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) < a.radius_m;
+  const sites = labelled.length ? circles.filter((circle) => (circle.label || !circle.dashed) && !labelled.some((other) => surrounds(circle, other))) : [];
+  return new Discs(sites.map((circle) => ({ x: p.x(circle.x_m, circle.y_m), y: p.y(circle.x_m, circle.y_m), radius: circle.radius_m * p.scale })));
+}
+
 /** @param {Box} box @returns {number[]} */
 function squares({ x, y, width, height }) {
   const keys = [];
@@ -56,7 +83,7 @@ function meet(a, b) {
 
 /**
  * Where a label goes: at the first of these places, each tried higher and higher, at which it lies on nothing; null where there is no room.
- * @param {Places} places gets it, too @param {Places | null} more what it may not lie on either @param {Box[]} wanted
+ * @param {Places} places gets it, too @param {Places | Discs | null} more what it may not lie on either @param {Box[]} wanted
  * @returns {Box | null}
  */
 export function place_label(places, more, ...wanted) {

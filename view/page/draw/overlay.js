@@ -1,7 +1,7 @@
 // Draws what a scenario shows people: rasters, polygons, circles, lines and texts, in this order, in colours by meaning.
 import { path } from "./floor.js";
 import { draw_label, label } from "./label.js";
-import { Places, place_label } from "./label_place.js";
+import { Places, place_label, sites_of } from "./label_place.js";
 
 /**
  * @typedef {CanvasRenderingContext2D} Context
@@ -48,11 +48,10 @@ export function draw_overlay(c, overlay, p, colours, px) {
  * @returns {PlacedWords[]}
  */
 export function overlay_words(overlay, p, colours, px) {
-  const places = new Places(), sites = new Places(), above_px = 9 * px, size_px = words_px * px;
-  for (const circle of overlay.circles) if (circle.label || !circle.dashed) sites.add_disc(p.x(circle.x_m, circle.y_m), p.y(circle.x_m, circle.y_m), circle.radius_m * p.scale);
+  const places = new Places(), sites = sites_of(overlay.circles, p), above_px = 9 * px, size_px = words_px * px;
   /** @type {PlacedWords[]} */
   const out = [];
-  const say = (/** @type {string} */ words, /** @type {string} */ colour, /** @type {Message} */ at, /** @type {number} */ up_px, /** @type {Places | null} */ more = null) => {
+  const say = (/** @type {string} */ words, /** @type {string} */ colour, /** @type {Message} */ at, /** @type {number} */ up_px, /** @type {import("./label_place.js").Discs | null} */ more = null) => {
     if (!words) return;
     const { width } = label(words, colours.of(colour), colours.inks.halo, size_px), x = p.x(at.x_m, at.y_m), y = p.y(at.x_m, at.y_m);
     const box = (/** @type {number} */ aside, /** @type {number} */ up) => ({ x: x + aside * width, y: y - up, width, height: 1.2 * size_px });
