@@ -79,7 +79,7 @@ class VideoFile final : public Recording {
   explicit VideoFile(const std::string& path) : path_(path), child_({.path = path, .shown = path, .live = false}) {
     const PictureChild::Event opened = child_.next(never);
     if (opened.record.kind != PictureRecord::Kind::opened) throw std::runtime_error(opened.error);
-    guess_ = !(opened.record.pictures_per_s > 0);
+    guess_ = !(opened.record.pictures_per_s > 0.01 && opened.record.pictures_per_s < 10'000);
     if (!guess_) pictures_per_s_ = opened.record.pictures_per_s;
     if (opened.record.count > 0 && opened.record.count < 1'000'000'000)
       pictures_ = static_cast<std::uint32_t>(opened.record.count);
@@ -97,12 +97,12 @@ class VideoFile final : public Recording {
         damaged_ = std::clamp<std::int64_t>(record.count, 1, 1'000'000);
         return damaged();
       case PictureRecord::Kind::ended:
-        if (record.count > 0 && error_.empty())
-          error_ = fmt::format("{} announces {} that it does not contain: it is cut or damaged", path_,
-                               hal::counted(static_cast<std::size_t>(record.count), "more picture"));
+        if (record.count > 0)
+          end_with(fmt::format("{} announces {} that it does not contain: it is cut or damaged", path_,
+                               hal::counted(static_cast<std::size_t>(record.count), "more picture")));
         return {};
       default:
-        if (error_.empty()) error_ = fmt::format("{}, behind {}", event.error, hal::counted(next_, "picture"));
+        end_with(fmt::format("{}, behind {}", event.error, hal::counted(next_, "picture")));
         return {};
     }
   }
@@ -115,6 +115,9 @@ class VideoFile final : public Recording {
   static constexpr std::int64_t longest_us = 1'000'000'000'000'000;
   static bool never() { return false; }
   std::string name() const { return fmt::format("picture {} of {}", next_ - 1, path_); }
+  void end_with(const std::string& why) {
+    if (!std::exchange(has_ended_, true)) error_ += (error_.empty() ? "" : "; ") + why;
+  }
   hal::LabTime later_than_last(hal::LabTime told) {
     if (!std::exchange(has_last_, true) || told > last_) return told;
     if (error_.empty())
@@ -132,7 +135,7 @@ class VideoFile final : public Recording {
   std::string path_, error_;
   PictureChild child_;
   double pictures_per_s_ = 25;
-  bool guess_ = false, has_last_ = false;
+  bool guess_ = false, has_last_ = false, has_ended_ = false;
   std::optional<std::uint32_t> pictures_;
   std::uint32_t next_ = 0;
   std::int64_t damaged_ = 0;  // pictures to be given as such
