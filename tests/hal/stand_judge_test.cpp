@@ -242,3 +242,22 @@ TEST_CASE("that most robots walk on is known within a second, and not of robots 
     CHECK(w.judge.most_walk_on(told) == (on >= 3));
   }
 }
+
+TEST_CASE("a robot that a hand puts elsewhere, or that comes back, does not walk on") {
+  for (const bool hidden : {false, true}) {
+    CAPTURE(hidden);
+    Watch w;
+    TimePoint moved{};
+    w.change = [&](Observation& seen, double) {
+      if (seen.robot != 3 || moved == TimePoint{}) return true;
+      seen.pose.x_m += hidden ? 0.01 : 0.2;
+      return !hidden || w.now - moved >= 1s;
+    };
+    w.run(3s);
+    w.judge.begin();
+    const TimePoint told = w.now;
+    moved = told;
+    w.run(2s);
+    CHECK_FALSE(w.judge.most_walk_on(told));
+  }
+}

@@ -90,15 +90,15 @@ bool DescriptorStream::reset() {
   if (!open_ || !line_.connects) return false;
   const sockaddr nobody{.sa_family = AF_UNSPEC, .sa_data = {}};
   ::connect(descriptor_.get(), &nobody, sizeof nobody);
-  lose(ECANCELED);
+  error_ =
+      "most robots walk although they were told to stop, so this program resets the connection to discard what waits "
+      "in it";
+  close();
   return true;
 }
 
 ByteStream::State DescriptorStream::lose(int code) {
-  error_ = code == ETIME       ? "this program was suspended, so its guard stopped the robots"
-           : code == ECANCELED ? "most robots walk although they were told to stop, so this program resets the "
-                                 "connection to discard what waits in it"
-                               : line_.why_lost(open_, code);
+  error_ = code == ETIME ? "this program was suspended, so its guard stopped the robots" : line_.why_lost(open_, code);
   close();
   return State::closed;
 }

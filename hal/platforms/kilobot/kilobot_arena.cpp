@@ -111,7 +111,7 @@ class KilobotArena final : public Arena {
       phase_ = Phase::ending;
       if (!should_stand()) controller_.command({.kind = FleetCommand::Kind::pause});
       controller_.finish();
-      last_until_ = now() + (ran_ ? seen_to_stand_within : told_within);
+      last_until_ = now() + (ran_until_ ? seen_to_stand_within : told_within);
       wanted_at_ = now();
     }
     serve_controller();
@@ -262,7 +262,7 @@ class KilobotArena final : public Arena {
 
   // What was seen before robots had heard the word tells nothing.
   void begin_to_judge() {
-    ran_ = ran_ || controller_.wanted() == FleetCommand::Kind::run;
+    if (controller_.wanted() == FleetCommand::Kind::run) ran_until_ = now();
     eyes_->robots_run(controller_.wanted() == FleetCommand::Kind::run && controller_.said_since());
     const std::pair told{controller_.wanted(), controller_.said_since()};
     if (told == told_) return;
@@ -293,8 +293,8 @@ class KilobotArena final : public Arena {
       if (robot.why == NotStanding::Why::moving) walkers.push_back(robot.robot);
       if (robot.why == NotStanding::Why::not_yet) all_judged = false;
     }
-    if (!walkers.empty() || (ran_ && !all_judged)) controller_.urge(now());
-    if (judge_.most_walk_on(*controller_.said_since())) controller_.doubt_line();
+    if (!walkers.empty() || (ran_until_ && !all_judged)) controller_.urge(now());
+    if (ran_until_ && judge_.most_walk_on(*ran_until_)) controller_.doubt_line();
     std::ranges::set_difference(walkers, walkers_, std::back_inserter(fresh));
     walkers_ = std::move(walkers);
     if (fresh.empty()) return;
@@ -305,7 +305,7 @@ class KilobotArena final : public Arena {
   // Towards the end. False: not yet, and there is still time.
   bool see_them_stand() {
     const TimePoint at = now();
-    const bool stand = controller_.said_since() && (!ran_ || not_standing().empty());
+    const bool stand = controller_.said_since() && (!ran_until_ || not_standing().empty());
     if (stand || at >= last_until_) return true;
     if (at >= wanted_at_) {
       look();
@@ -363,19 +363,19 @@ class KilobotArena final : public Arena {
   TimePoint serve_at_ = made_;              // when the controller has
   TimePoint served_at_ = made_;
   std::chrono::milliseconds longest_away_{0};  // between two calls that served the controller
-  std::optional<TimePoint> begun_at_;          // the first advance_to
   TimePoint looked_at_{};
   std::optional<TimePoint> picture_at_;  // the last look while beginning that gave a frame
   StandJudge judge_;
   std::shared_ptr<StandGuard> guard_;                                            // null: none
   std::pair<std::optional<FleetCommand::Kind>, std::optional<TimePoint>> told_;  // what is judged, and since when
-  bool ran_ = false, was_up_ = false;  // robots were told to, at any time; the controller
-  std::vector<RobotId> walkers_;       // as last said
-  std::set<RobotId> carried_;          // likewise, until they stand
-  TimePoint last_until_{};             // of the ending
-  std::vector<NotStanding> judged_;    // at the last look: whoever asks between looks learns nothing newer
-  std::int64_t frames_ = 0;            // made or lost so far; also the next one's number
-  LabTime seen_at_{0};                 // stamp of the last frame that was made
+  std::optional<TimePoint> begun_at_, ran_until_;  // the first advance_to; robots were wanted to run, last
+  bool was_up_ = false;
+  std::vector<RobotId> walkers_;     // as last said
+  std::set<RobotId> carried_;        // likewise, until they stand
+  TimePoint last_until_{};           // of the ending
+  std::vector<NotStanding> judged_;  // at the last look: whoever asks between looks learns nothing newer
+  std::int64_t frames_ = 0;          // made or lost so far; also the next one's number
+  LabTime seen_at_{0};               // stamp of the last frame that was made
 };
 
 }  // namespace

@@ -118,7 +118,7 @@ void OverheadController::urge(TimePoint now) {
 }
 
 void OverheadController::doubt_line() {
-  if (reset_ || wanted_ != Kind::pause || !said_since_ || !sender_.reset()) return;
+  if (reset_ || wanted_ != Kind::pause || !said_since_ || said_over_ != openings_ || !sender_.reset()) return;
   reset_ = true;
   counters_.add("overhead.connection_reset");
 }
@@ -256,6 +256,7 @@ void OverheadController::end_command(TimePoint now) {
   asleep_ = asleep_ && kind == Kind::sleep;
   if (said_since_ || commands_.has_word()) return;
   said_since_ = now;
+  said_over_ = openings_;
   if (wanted_ == Kind::pause && ran_) walking_until_ = now + walks_until_seen;  // nobody has looked yet
 }
 

@@ -127,6 +127,7 @@ class OverheadController final : public RobotLink {
   bool ran_ = false;                        // robots were to run before the word that is wanted
   int urges_ = 0;                           // how often it was said to robots that walked
   bool reset_ = false;                      // the connection, for the word that is wanted
+  std::uint64_t said_over_ = 0;             // the opening of the line over which it was said
   bool urged_ = false, repeated_ = false;   // at length; the word that is on the air was said before
   bool asleep_ = false;                     // robots may be, since they were told to and until they were woken
   bool pause_first_ = false;

@@ -34,7 +34,7 @@ class PacketPort {
   bool is_free() const;
   // Takes the packet; some of it may be written by later calls of poll(). Call it only when free.
   void send(const Packet& packet, TimePoint now);
-  // Gives a connection up with what waits in it, to be opened again by the next poll(). False: the line is none.
+  // Gives a connection up with what waits in it, to be opened again by later calls of poll(). False: the line is none.
   bool reset() { return is_open() && stream_->reset(); }
   // When the last byte of the last packet was handed over; meaningful when free.
   TimePoint handed_over() const { return handed_over_; }

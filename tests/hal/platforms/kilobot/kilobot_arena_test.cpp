@@ -396,6 +396,22 @@ TEST_CASE("kilobot arena: robots that walk on are told to stand for 10 s, and na
   CHECK(testbed.arena->counters()["robots.moved_when_told_to_stand"] == 4);
 }
 
+TEST_CASE("kilobot arena: a connection is reset while most robots walk on, and only where they ran over it") {
+  for (const bool ran : {true, false}) {
+    CAPTURE(ran);
+    Testbed testbed;
+    testbed.cable->connects = true;
+    testbed.frame(0);
+    if (ran) testbed.arena->robots().command({Kind::run});
+    for (int n = 1; n < 40; ++n) {
+      testbed.eyes_see->x_m += 0.001;
+      if (n == 20) testbed.arena->robots().command({Kind::pause});
+      testbed.frame(n);
+    }
+    CHECK(testbed.arena->counters()["overhead.connection_reset"] == (ran ? 1 : 0));
+  }
+}
+
 TEST_CASE("kilobot arena: while robots walk on, messages for single robots wait and little is said") {
   // A line that takes bytes and brings none passes on all of them later, and robots hear the last.
   Testbed testbed;

@@ -193,6 +193,25 @@ TEST_CASE("overhead controller: somebody else paused the robots") {
   }
 }
 
+TEST_CASE("overhead controller: a connection that was opened after the pause was said is not doubted") {
+  OverheadBench bench;
+  bench.cable->connects = true;
+  bench.start();
+  bench.controller.command({Kind::run});
+  bench.run(1s);
+  bench.controller.command({Kind::pause});
+  bench.run(1s);
+  bench.cable->plugged = false;
+  bench.run(1s);
+  bench.cable->plugged = true;
+  for (int look = 0; look < 50; ++look) {
+    bench.controller.doubt_line();
+    bench.run(100ms);
+  }
+  CHECK(bench.counters["overhead.port_opened"] == 2);
+  CHECK(bench.counters["overhead.connection_reset"] == 0);
+}
+
 TEST_CASE("overhead controller: a connection that seems to hold back a pause is given up for another") {
   // Once for each word, and the new one begins with a stop and the pause at once; a serial line is kept, and so is a
   // connection while no pause was said.
