@@ -123,11 +123,11 @@ class LinkFaults:
             self.servers[LISTENS].send_signal(signal.SIGCONT)
         elif "is full" in self.fault:
             with contextlib.ExitStack() as ending:
-                crowd = [ending.enter_context(strangers.connect(LISTENS)) for _ in range(80)]
-                for each in crowd:
-                    with contextlib.suppress(OSError):
-                        each.sendall(b"CONNECT {\"verbose\":false}\r\nPING\r\n")
+                while self.takes_place(ending):
+                    pass
                 self.link.cut()
+                while not self.takes_place(ending):  # the peer's, as soon as the server has noticed that it is free
+                    pass
                 self.link.mend()
                 time.sleep(self.seconds)
         elif "out of memory" in self.fault:
@@ -142,6 +142,16 @@ class LinkFaults:
             time.sleep(self.seconds)
             self.stop_server()
             self.start_server()
+
+    @staticmethod
+    def takes_place(ending):
+        """Whether the NATS server has a place for one more stranger, who then keeps it until the end of `ending`."""
+        stranger, said = ending.enter_context(strangers.connect(LISTENS)), b""
+        with contextlib.suppress(OSError):
+            stranger.sendall(b"CONNECT {\"verbose\":false}\r\nPING\r\n")
+            while b"PONG" not in said and (more := stranger.recv(4096)):
+                said += more
+        return b"PONG" in said
 
     def exhaust_memory(self):
         """The NATS server keeps what one client says for another that reads nothing, until it has no memory for it."""
