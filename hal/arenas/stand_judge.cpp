@@ -70,7 +70,7 @@ void StandJudge::look(const PoseFrame& frame, TimePoint now) {
     places.push_back(place);
     while (places.size() > 2 && now - places[1].at >= looks_for) places.pop_front();
     Rest& rest = rests_.try_emplace(robot.robot, Rest{place}).first->second;
-    if (distance_m({rest.at.x_m, rest.at.y_m}, {place.x_m, place.y_m}) > still_within_m) {
+    if (distance_m({rest.at.x_m, rest.at.y_m}, {place.x_m, place.y_m}) > still_within_m || turns(places)) {
       rest = {place, rests_after, places.size() > 1};  // else it was carried, or out of sight
       if (rest.came) walked_[robot.robot] = place.at;
     } else if (place.at - rest.at.at >= rest.until) {

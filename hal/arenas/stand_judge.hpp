@@ -30,13 +30,13 @@ class StandJudge {
   void look(const PoseFrame& frame, TimePoint now);
   // Ascending.
   std::vector<NotStanding> not_standing(TimePoint now) const;
-  // Whether at least half of the robots that walked around `told`, not long before begin(), have walked on since.
-  // Sooner known than who it is.
+  // Whether at least half of the robots that walked or turned around `told`, not long before begin(), have gone on
+  // since. Of walkers sooner known than who it is.
   bool most_walk_on(TimePoint told) const;
   // Robots that came so fast to where they are that somebody must have carried them; each once, ascending.
   std::vector<RobotId> take_carried();
-  // Robots that have not left their place for rests_after, since begin() or since they came there; then for twice as
-  // long, and so on. Each such time once.
+  // Robots that have neither left their place nor turned for rests_after, since begin() or since they came there; then
+  // for twice as long, and so on. Each such time once.
   std::vector<RobotId> take_resting() { return std::exchange(resting_, {}); }
   static constexpr std::chrono::seconds rests_after{10};
 
@@ -63,7 +63,7 @@ class StandJudge {
   std::map<RobotId, Places> seen_;
   std::map<RobotId, TimePoint> newest_;  // when it was seen last, also before begin()
   std::map<RobotId, Rest> rests_;        // since begin()
-  std::map<RobotId, TimePoint> walked_;  // when it had left its place last, also before begin()
+  std::map<RobotId, TimePoint> walked_;  // when it had left its place or turned last, also before begin()
   std::vector<RobotId> carried_, resting_;
 };
 

@@ -243,6 +243,31 @@ TEST_CASE("that most robots walk on is known within a second, and not of robots 
   }
 }
 
+TEST_CASE("that most robots turn on is known within three seconds, and not of robots that rest or turned until then") {
+  // Of ten, five turn on the spot when they are told to stand, and so many of these go on.
+  for (const RobotId on : {RobotId{0}, RobotId{2}, RobotId{3}, RobotId{5}})
+    for (const double degrees_per_s : {45.0, -180.0}) {
+      CAPTURE(on);
+      Watch w;
+      RobotId turners = 5;
+      double stood_s = 0;
+      w.change = [&](Observation& seen, double s) {
+        const double turned_s = seen.robot < turners ? s : seen.robot < 5 ? stood_s : 0;
+        seen.heading_sigma_rad = 0.04F;
+        seen.pose.heading_rad = std::remainder(degrees_per_s * 3.14159265 / 180 * turned_s, 6.283185307);
+        return true;
+      };
+      w.run(13s);
+      CHECK(w.judge.take_resting() == std::vector<RobotId>{5, 6, 7, 8, 9});
+      turners = on;
+      stood_s = w.s();
+      w.judge.begin();
+      const TimePoint told = w.now;
+      w.run(3s);
+      CHECK(w.judge.most_walk_on(told) == (on >= 3));
+    }
+}
+
 TEST_CASE("a robot that a hand puts elsewhere, or that comes back, does not walk on") {
   for (const bool hidden : {false, true}) {
     CAPTURE(hidden);

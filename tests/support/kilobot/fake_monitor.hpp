@@ -1,6 +1,7 @@
 // Eyes that see what a test tells them to: robots in a row, unless the camera is covered.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <numbers>
 #include <optional>
@@ -24,7 +25,7 @@ struct FakeTestbed {
   int looks = 0;
   bool robots_run = false;  // as the monitor was last told
   std::vector<hal::LabTime> looked_at;
-  double x_m = 0;  // of all robots
+  double x_m = 0, turned_rad = 0;  // of all robots
 };
 
 class FakeMonitor final : public hal::kilobot::RobotMonitor {
@@ -38,8 +39,9 @@ class FakeMonitor final : public hal::kilobot::RobotMonitor {
     frame_.emplace();
     frame_->stamp = now;
     frame_->number = static_cast<std::uint32_t>(testbed_->looks);
+    const double heading_rad = std::remainder(std::numbers::pi / 2 + testbed_->turned_rad, 2 * std::numbers::pi);
     for (const hal::RobotId robot : testbed_->robots)
-      frame_->robots.push_back({robot, {testbed_->x_m, 0.1, std::numbers::pi / 2}, hal::Led::green, 0.9F, {}});
+      frame_->robots.push_back({robot, {testbed_->x_m, 0.1, heading_rad}, hal::Led::green, 0.9F, {}, 0.01F});
   }
   void robots_run(bool run) override { testbed_->robots_run = run; }
   std::optional<hal::PoseFrame> latest() override { return std::exchange(frame_, std::nullopt); }

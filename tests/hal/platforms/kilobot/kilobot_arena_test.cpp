@@ -396,20 +396,22 @@ TEST_CASE("kilobot arena: robots that walk on are told to stand for 10 s, and na
   CHECK(testbed.arena->counters()["robots.moved_when_told_to_stand"] == 4);
 }
 
-TEST_CASE("kilobot arena: a connection is reset while most robots walk on, and only where they ran over it") {
-  for (const bool ran : {true, false}) {
-    CAPTURE(ran);
-    Testbed testbed;
-    testbed.cable->connects = true;
-    testbed.frame(0);
-    if (ran) testbed.arena->robots().command({Kind::run});
-    for (int n = 1; n < 40; ++n) {
-      testbed.eyes_see->x_m += 0.001;
-      if (n == 20) testbed.arena->robots().command({Kind::pause});
-      testbed.frame(n);
+TEST_CASE("kilobot arena: a connection is reset while most robots walk or turn on, and only where they ran over it") {
+  for (const bool ran : {true, false})
+    for (const bool turn : {true, false}) {
+      CAPTURE(ran);
+      CAPTURE(turn);
+      Testbed testbed;
+      testbed.cable->connects = true;
+      testbed.frame(0);
+      if (ran) testbed.arena->robots().command({Kind::run});
+      for (int n = 1; n < 80; ++n) {
+        (turn ? testbed.eyes_see->turned_rad : testbed.eyes_see->x_m) += turn ? 0.1 : 0.001;
+        if (n == 40) testbed.arena->robots().command({Kind::pause});
+        testbed.frame(n);
+      }
+      CHECK(testbed.arena->counters()["overhead.connection_reset"] == (ran ? 1 : 0));
     }
-    CHECK(testbed.arena->counters()["overhead.connection_reset"] == (ran ? 1 : 0));
-  }
 }
 
 TEST_CASE("kilobot arena: while robots walk on, messages for single robots wait and little is said") {
