@@ -20,7 +20,7 @@ class CreServerConversation final : public Conversation {
   std::optional<std::string> say() const override;
   void said() override {}
   bool may_begin() const override { return !active_.empty(); }
-  std::string awaited() const override { return "its resources"; }
+  std::string awaited() const override { return "the resources"; }
   void end() override { gone(); }
 
   void set_robots(std::vector<FlyingRobot> robots) { robots_ = std::move(robots); }
@@ -51,7 +51,7 @@ class CreClientConversation final : public Conversation {
   std::optional<std::string> say() const override;
   void said() override {}
   bool may_begin() const override { return !robots_.empty(); }
-  std::string awaited() const override { return "its robots"; }
+  std::string awaited() const override { return "the robots"; }
   void end() override {}
 
   // Per place: 1 where a resource is.

@@ -20,9 +20,13 @@ void DhtfServerConversation::hear(const Message& message) {
     case Word::ack:
       if (const auto n = std::ranges::count(inactive_, 1); n > 0 && init_ && !acked_)
         spdlog::warn("{} of the labs' sites are inactive: the original client takes their tasks for done by it", n);
-      acked_ = init_.has_value();
+      acked_ = was_acked_ = init_.has_value();
       break;
     case Word::ready:
+      // It keeps the Init of an earlier connection, and acknowledges no other.
+      if (!was_acked_)
+        return conflict("the original client plays with sites of another server: start it and this lab again");
+      acked_ = true;
       if (const auto levels = read_levels(message.text, ready_.size())) ready_ = *levels;
       break;
     default:

@@ -33,7 +33,8 @@ class DhtfServerConversation final : public Conversation {
 
  private:
   std::optional<Init> init_;
-  bool acked_ = false;
+  bool acked_ = false;      // on this connection
+  bool was_acked_ = false;  // on any
   std::vector<int> ready_, inactive_;
 };
 
@@ -49,7 +50,7 @@ class DhtfClientConversation final : public Conversation {
   std::optional<std::string> say() const override;
   void said() override;
   bool may_begin() const override { return init_.has_value(); }
-  std::string awaited() const override { return "its Init"; }
+  std::string awaited() const override { return "the Init"; }
   void end() override { ended_ = true; }
 
   const std::optional<Init>& init() const { return init_; }

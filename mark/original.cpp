@@ -87,7 +87,8 @@ void Original::heard(std::string_view bytes) {
     ++ticks_;
     counters_.add("mark.messages_heard");
     heard_at_ = wall_.now();
-    quiet_ = false;
+    // Its operator may have stopped it and run it again, with other sites, which does not end the connection.
+    if (std::exchange(quiet_, false)) conversation_.came();
     if (!begun_ || ended_ || settings_.flavour == Flavour::ark_qt) {
       hear(message);
       continue;

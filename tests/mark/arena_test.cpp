@@ -98,8 +98,8 @@ TEST_CASE("an original server is waited for by what is missing: itself, or its I
   CHECK(arena.waiting_for() == "the original M-ARK server (ARGoS) at 127.0.0.1:7001");
   link.is_up = true;
   link.events->came();
-  CHECK(arena.waiting_for() == "its Init of the original M-ARK server (ARGoS)");
+  CHECK(arena.waiting_for() == "the Init of the original M-ARK server (ARGoS)");
   wall.wait_until(wall.now() + std::chrono::milliseconds(5100));
   CHECK(arena.waiting_for() ==
-        "its Init of the original M-ARK server (ARGoS), which is connected and has said nothing for 5 s");
+        "the Init of the original M-ARK server (ARGoS), which is connected and has said nothing for 5 s");
 }

@@ -179,6 +179,61 @@ TEST_CASE("an ark-qt original is told what it can read, restarts by name, and do
   }
 }
 
+TEST_CASE("an ark-qt server that is run again on its connection is asked for its sites") {
+  for (const bool same : {true, false}) {
+    CAPTURE(same);
+    MovedWall wall;
+    ArkQtOriginalServer original(2, init);
+    ScriptedNetwork network{.options = {}, .original = &original};
+    StandInRun run(mark::Role::client, "dhtf", "shark", network,
+                   {"run.duration_s=120", "shared.owner=argos", "scenario.dhtf.types=easy",
+                    "scenario.dhtf.requirements.argos=[2,6]", "mark.flavour=ark_qt"},
+                   wall);
+    const auto step = [&] { return wall.pass(5ms), run.step(); };
+    while (run.lab("argos").period() < 10) REQUIRE(step());
+    const std::string other = "Ibcghijkn0000000000000000";
+    original.run_again(same ? init : other);
+    while (step()) {
+    }
+    CHECK_FALSE(original.died);
+    if (same) {
+      check_counts(run, original);
+    } else {
+      for (const char* lab : {"argos", "shark"})
+        CHECK(run.lab(lab).reason().ends_with("start all labs again: the original server was '" + init +
+                                              "' and came back as '" + other + "'"));
+    }
+  }
+}
+
+TEST_CASE("an ark-qt client that connects again keeps its sites, and does not acknowledge them again") {
+  MovedWall wall;
+  ArkQtOriginalClient original(1);
+  ScriptedNetwork network{.options = {}, .original = &original};
+  const auto begin = [&] {
+    return std::make_unique<StandInRun>(
+        mark::Role::server, "dhtf", "shark", network,
+        std::vector<std::string>{"run.duration_s=200", "scenario.dhtf.types=easy",
+                                 "scenario.dhtf.requirements.argos=[2,6]", "mark.flavour=ark_qt", "mark.side_m=1.0"},
+        wall);
+  };
+  auto run = begin();
+  const auto step = [&] { return wall.pass(5ms), run->step(); };
+  while (run->lab("argos").period() < 20) REQUIRE(step());
+  const std::size_t before = original.done.size();
+  network.was_replaced = true;  // by itself
+  while (step()) {
+  }
+  check_counts(*run, original);
+  CHECK(original.done.size() > before + 5);
+  // Labs that are started again may have other sites.
+  run = begin();
+  while (step()) {
+  }
+  CHECK(run->lab("argos").reason().ends_with(
+      "the original client plays with sites of another server: start it and this lab again"));
+}
+
 TEST_CASE("an original client that is started again goes on where it was") {
   // It is gone at 20 s: lab time stands still, and its sites are ready for nobody. Another one comes, asks for Init,
   // gets it again, and the run ends as ever.

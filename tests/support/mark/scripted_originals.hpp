@@ -186,8 +186,8 @@ class ArkQtOriginalClient final : public ArkQtOriginal {
 
  private:
   void heard(const std::string& text) override {
-    acknowledges_ = text[0] == 'I';
-    if (acknowledges_ && sites.empty()) {
+    if (text[0] == 'I' && sites.empty()) {
+      acknowledges_ = true;
       const std::size_t m = text.size() / 3;
       sites = text.substr(1, m);
       types = text.substr(1 + m);
@@ -219,15 +219,24 @@ class ArkQtOriginalServer final : public ArkQtOriginal {
     begin(std::vector<int>(m, 0));
     inactive_since_.assign(m, 0);
   }
+  // Stopped by its operator, and run again, with other sites: on the same connection, without a word, and silent for as
+  // long as it had run before.
+  void run_again(std::string init) {
+    init_ = std::move(init);
+    active.assign(active.size(), 1);
+    clock_ = 0;
+  }
 
  private:
   void heard(const std::string& text) override { held_ = text; }
   std::string think() override {
+    ++clock_;
     if (ticks == 1) return "Reply: connection established";
     if (held_.starts_with('R')) return known_ = true, "";
     if (!known_ || held_.starts_with('M')) return init_;
     walk();
-    if (ticks % 20 != 0) return "";
+    if (clock_ < told_at_ + 20) return "";
+    told_at_ = clock_;
     std::string text = "A";
     for (std::size_t i = 0; i < active.size(); ++i) {
       if (active[i] == 0 && ticks - inactive_since_[i] >= 400) active[i] = 1;
@@ -244,6 +253,7 @@ class ArkQtOriginalServer final : public ArkQtOriginal {
   }
   std::string init_, held_;
   bool known_ = false;
+  std::uint64_t clock_ = 0, told_at_ = 0;
   std::vector<std::uint64_t> inactive_since_;
 };
 
