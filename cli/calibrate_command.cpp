@@ -98,7 +98,7 @@ constexpr int uncertain_code = 4;     // written, with a warning
 
 cv::Mat read_picture(const std::string& file) {
   cv::Mat picture = tracker::read_picture(file);
-  if (picture.empty()) throw std::runtime_error(fmt::format("{} is damaged or not a picture", file));
+  if (picture.empty()) throw std::runtime_error(fmt::format("{} {}", file, tracker::no_picture));
   return picture;
 }
 

@@ -49,9 +49,8 @@ std::vector<tracker::Detection> look_at(const cv::Mat& bgr, const testbed::Strea
 void track_picture(const testbed::StreamOptions& options) {
   const cv::Mat bgr = tracker::read_picture(options.source);
   if (bgr.empty())
-    throw std::runtime_error(
-        fmt::format("{} is damaged or not a picture: give a PNG, JPEG, BMP or TIFF file of fewer than 2^30 pixels",
-                    options.source));
+    throw std::runtime_error(fmt::format("{} {}: give a PNG, JPEG, BMP or TIFF file of fewer than 2^30 pixels",
+                                         options.source, tracker::no_picture));
   const std::vector<tracker::Detection> robots = look_at(bgr, options, options.png);
   if (robots.empty()) fmt::print(stderr, "arkmesh: {}\n", testbed::nothing_found(options.diameter_px));
   const double offset_rad = led_offset_rad(options);
@@ -80,7 +79,7 @@ bool track_folder(const testbed::StreamOptions& options) {
     const cv::Mat bgr = tracker::read_picture(file);
     if (bgr.empty()) {
       status.done();
-      fmt::print(stderr, "arkmesh: {} is damaged or not a picture; left out\n", file.string());
+      fmt::print(stderr, "arkmesh: {} {}; left out\n", file.string(), tracker::no_picture);
       ++damaged;
       continue;
     }

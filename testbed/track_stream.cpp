@@ -124,7 +124,7 @@ bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::
     const auto picture = recording->next();
     if (!picture || (options.seconds > 0 && picture->stamp.count() > options.seconds * 1e6)) break;
     if (picture->bgr.empty()) {
-      left_out.say(picture->name + " is damaged or not a picture");
+      left_out.say(fmt::format("{} {}", picture->name, tracker::no_picture));
       continue;
     }
     if (size.empty()) refuse_other_size(options, calibration, picture->bgr);

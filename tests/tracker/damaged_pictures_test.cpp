@@ -221,6 +221,11 @@ TEST_CASE("JPEGs are found between heads, padding and damage, in parts of any le
       const Bytes half = early_end(jpeg);
       CHECK(decode_jpeg(half).empty());
       CHECK(lacks_pixels(half));
+      Bytes arithmetic = jpeg;  // so its head says, and any bytes decode to some pixels
+      const Bytes head{0xFF, static_cast<std::uint8_t>(progressive ? 0xC2 : 0xC0)};
+      std::search(arithmetic.begin(), arithmetic.end(), head.begin(), head.end())[1] = progressive ? 0xCA : 0xC9;
+      CHECK(decode_jpeg(arithmetic).empty());
+      CHECK(lacks_pixels(arithmetic));
       jpeg.insert(jpeg.end() - 2, 3, 0);  // as some cameras pad
       CHECK_FALSE(decode_jpeg(jpeg).empty());
     }

@@ -36,7 +36,8 @@ bool costs_pixels(int warning) {
          warning == JWRN_MUST_RESYNC;
 }
 
-// BGR, or what has four colours as it is, its sides divided by `shrink`. Empty: damaged, or of too many pixels.
+// BGR, or what has four colours as it is, its sides divided by `shrink`. Empty: damaged, perhaps damaged, or of too
+// many pixels.
 void decode_rows(std::span<const std::uint8_t> jpeg, unsigned shrink, std::int64_t most_pixels, Decoder& decoder,
                  cv::Mat& picture) {
   jpeg_decompress_struct& reader = decoder.reader;
@@ -52,6 +53,7 @@ void decode_rows(std::span<const std::uint8_t> jpeg, unsigned shrink, std::int64
   jpeg_create_decompress(&reader);
   jpeg_mem_src(&reader, jpeg.data(), jpeg.size());
   jpeg_read_header(&reader, TRUE);
+  if (reader.arith_code) return;  // which decodes to something whatever is damaged or missing
   if (std::int64_t{reader.image_width} * reader.image_height > most_pixels) return;
   reader.out_color_space = reader.num_components > 3 ? JCS_CMYK : JCS_EXT_BGR;
   reader.scale_denom = shrink;

@@ -37,9 +37,9 @@ class JpegStream {
 };
 
 // 8-bit BGR as the camera's pixels lie, without regard to a note of how it was held; empty: some pixels are missing or
-// damaged, or there are more than any camera has.
+// damaged, arithmetic coding hides whether they are, or there are more than any camera has.
 cv::Mat decode_jpeg(std::span<const std::uint8_t> jpeg);
-// True of a JPEG of which some pixels are missing or damaged; false of whatever else a file holds.
+// True of a JPEG of which some pixels are missing or damaged, or may be; false of whatever else a file holds.
 bool lacks_pixels(std::span<const std::uint8_t> file);
 
 }  // namespace arkmesh::tracker

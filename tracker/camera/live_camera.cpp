@@ -178,7 +178,9 @@ class LiveCamera final : public CameraFeed {
     const std::lock_guard lock(mutex_);
     counters_.add("camera.refused.damaged", count);
     if (error_ == none_yet_)
-      error_ = fmt::format("the camera {} sends pictures, but none of them could be decoded so far", shown_);
+      error_ = fmt::format(
+          "the camera {} sends pictures, but none of them could be decoded so far (arithmetic coding is not supported)",
+          shown_);
   }
 
   // A picture has come. False: it cannot be used.

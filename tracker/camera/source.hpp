@@ -52,6 +52,8 @@ bool is_picture_name(const std::filesystem::path& file);
 std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& folder);
 // 8-bit BGR; empty when the file is damaged or no picture.
 cv::Mat read_picture(const std::filesystem::path& file);
+// What is said of what gives no pixels.
+inline constexpr const char* no_picture = "is damaged or not a picture (JPEG with arithmetic coding is not supported)";
 // Throws std::runtime_error with one sentence.
 void write_picture(const std::filesystem::path& file, const cv::Mat& bgr);
 // Completes a video of so many pictures and looks whether the last one is in it: OpenCV does not say that the disk was
