@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,14 +27,16 @@ struct ExportKind {
   const char* option;
   const char* name;
   const char* help;
-  recording::Exported (*write)(const recording::Run& run, const fs::path& to, recording::Watch& watch);
+  recording::Exported (*write)(const recording::Run& run, const fs::path& to, recording::Watch& watch);  // null: a film
 };
 
 // The page's own modules draw it, in a browser without a screen: drawing/film, which tells itself how far it is.
-recording::Exported export_film(const recording::Run& run, const fs::path& to, recording::Watch&) {
+recording::Exported export_film(const recording::Run& run, const fs::path& to, std::optional<double> trails_s) {
   recording::make_folder_of(to);
-  const std::string said = hal::watch_script(
-      "film", {run.folder().string(), "--out", to.string(), "--program", (hal::program_folder() / "arkmesh").string()});
+  std::vector<std::string> arguments{run.folder().string(), "--out", to.string(), "--program",
+                                     (hal::program_folder() / "arkmesh").string()};
+  if (trails_s) arguments.insert(arguments.end(), {"--trails", fmt::format("{}", *trails_s)});
+  const std::string said = hal::watch_script("film", arguments);
   return {said.substr(std::min(said.size(), to.string().size() + 2)), run.notes()};  // "FILE: 150 pictures, 6.0 s"
 }
 
@@ -45,12 +48,13 @@ constexpr ExportKind export_kinds[] = {
      recording::export_mcap},
     {"--mp4", "film.mp4",
      "A film of the arenas as the page draws them, 20 times faster than real time; drawing/film has more options",
-     export_film},
+     nullptr},
 };
 
 struct ExportOptions {
   std::string run, out;
   bool wanted[std::size(export_kinds)] = {};
+  std::optional<double> trails_s;  // of a film
   bool force = false;
 };
 
@@ -68,7 +72,7 @@ void export_one(const recording::Run& run, const ExportKind& kind, const ExportO
   recording::Exported done;
   {
     recording::Watch watch(progress, stop, kind.name);
-    done = kind.write(run, to, watch);
+    done = kind.write ? kind.write(run, to, watch) : export_film(run, to, options.trails_s);
   }
   if (run.is_growing()) fmt::print(stderr, "arkmesh: the run is unfinished; exporting what it has written so far\n");
   for (const std::string& note : done.notes) fmt::print(stderr, "arkmesh: {}\n", note);
@@ -95,11 +99,14 @@ void add_export_command(CLI::App* command) {
       ->check(CLI::ExistingDirectory);
   for (std::size_t i = 0; i < std::size(export_kinds); ++i)
     command->add_flag(export_kinds[i].option, options->wanted[i], export_kinds[i].help);
+  command->add_option("--trails", options->trails_s, "Lab time that a film's trails show, s; 0: none; default: 30")
+      ->check(CLI::Range(0.0, 1e6))
+      ->needs("--mp4");
   command->add_option("--out", options->out, "Output file or folder; default: export/ in the run's folder");
   command->add_flag("--force", options->force, "Replace existing exports");
   command->footer(
       "Examples:\n  arkmesh export runs/demo --hdf5\n  arkmesh export runs/demo/shark --csv --out /tmp/shark\n"
-      "  arkmesh export runs/demo --mcap --out demo.mcap\n  arkmesh export runs/demo --mp4\n"
+      "  arkmesh export runs/demo --mcap --out demo.mcap\n  arkmesh export runs/demo --mp4 --trails 120\n"
       "Tables are explained in docs/reading-results.md; times are lab time, and names end with units: x_m, age_us.");
   command->callback([options] {
     try {

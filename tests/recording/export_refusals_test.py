@@ -56,6 +56,22 @@ class Refusals(unittest.TestCase):
         self.assertIn("film: this machine lacks ffmpeg", said.stderr)
         self.assertNotIn("Traceback", said.stderr)
 
+    def test_the_length_of_trails(self):
+        """It goes to what draws the film, here a stand-in of an installation; what has no trails refuses it."""
+        programs, share = self.scratch / "installed/bin", self.scratch / "installed/share/arkmesh"
+        for folder in (programs, share):
+            folder.mkdir(parents=True)
+        for name in ("arkmesh", "arkmesh-recording"):
+            shutil.copy(pathlib.Path(ARKMESH).with_name(name), programs)
+        (share / "film").write_text("#!/bin/sh\necho $3: drawn with $6 $7\n")
+        (share / "film").chmod(0o755)
+        film = [programs / "arkmesh", "export", self.run_folder, "--mp4", "--out", self.scratch / "trails.mp4"]
+        for trails, drawn in ((["--trails", "2.5"], "--trails 2.5"), ([], "")):
+            done = subprocess.run([*film, *trails], capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stdout.strip()), (0, f"wrote {film[-1]}: drawn with {drawn}".strip()), done.stderr)
+        self.assertIn("--trails: Value -1 not in range", subprocess.run([*film, "--trails", "-1"], capture_output=True, text=True).stderr)
+        self.assertEqual(export(self.run_folder, "csv", self.scratch / "none", "--trails", "5").stderr, "arkmesh: --trails requires --mp4 (see arkmesh export --help)\n")
+
     def copy(self, name, log=None):
         folder = self.scratch / name
         shutil.copytree(self.run_folder, folder)
