@@ -18,7 +18,7 @@ LARGEST_IMAGE = 16 << 20  # bytes
 class Kit:
     """The methods of a Lab that ask for pieces, each in begin() only. Of those that robots sense, `noise` is the standard deviation of a
     reading's normal error, in the reading's unit, and `every_s` how often readings are renewed, of all robots at once; 0: with each
-    frame. A robot that a frame does not hold keeps its last reading."""
+    frame. A robot that a frame does not hold keeps its last reading. What cannot be is refused by a ValueError."""
 
     name: str
     ids: NDArray[numpy.uint32]
@@ -29,12 +29,27 @@ class Kit:
 
     def eyes(self, sectors: int = 8, reach: float = 0.1, around: bool = False, robots: Optional[float] = None, margin: float = 0.0,
              half_planes: bool = False, noise: ArrayLike = 0.0, every_s: float = 0.0) -> Eyes:
-        """A virtual proximity sensor for walls and obstacles: 1 to 16 equal sectors of the half circle in front, the leftmost first, or
-        `around` the robot, counter-clockwise, of which the first begins straight ahead. `reach` in metres from the robot's centre.
-        `robots`: robots of other labs are seen as discs of that radius in this arena, unless sensors.presence is "none"; without it
-        they are seen where that key is "no-walk". `margin`: obstacles seem so many metres nearer than they are. `half_planes`: as in the
-        software published with M-ARK, a wall within reach fills all sectors in front that lie wholly within 90 degrees of its direction;
-        so does the nearest of obstacles and robots."""
+        """A virtual proximity sensor for walls and obstacles.
+
+        Parameters
+        ----------
+        sectors
+            1 to 16 equal sectors of the half circle in front, the leftmost first.
+        reach
+            Metres from the robot's centre.
+        around
+            Sectors are around the robot, counter-clockwise; the first begins straight ahead.
+        robots
+            Robots of other labs are seen as discs of that radius in this arena, metres, unless sensors.presence is "none"; without it they
+            are seen where that key is "no-walk".
+        margin
+            Obstacles seem so many metres nearer than they are.
+        half_planes
+            As in the software published with M-ARK, a wall within reach fills all sectors in front that lie wholly within 90 degrees of
+            its direction; so does the nearest of obstacles and robots.
+        noise, every_s
+            Of distances, metres; seconds.
+        """
         sectors = _whole("sectors", sectors, 1, 16)
         if half_planes and around:
             raise ValueError("half_planes are of the half circle in front; leave around out")
@@ -44,15 +59,44 @@ class Kit:
 
     @renamed(range="reach")
     def crowd(self, reach: float, leds: Optional[ArrayLike] = None, others: bool = True, noise: ArrayLike = 0.0, every_s: float = 0.0) -> Crowd:
-        """How many robots are within `reach` metres of each robot: of this lab and, `others` true, of other labs where they are in this
-        arena, unless sensors.presence is "none". `leds`: only those whose LED is one of these numbers."""
+        """How many robots are near each robot.
+
+        Parameters
+        ----------
+        reach
+            Metres.
+        leds
+            Only those whose LED is one of these numbers; without it, all.
+        others
+            Robots of other labs count, too, where they are in this arena, unless sensors.presence is "none".
+        noise, every_s
+            Of the count; seconds.
+        """
         return self._sensor(Crowd, {"piece": "crowd", "range": _number("reach", reach, 1e-6, 1e3), "leds": _leds(leds), "others": bool(others)}, noise, every_s)
 
     def trail(self, name: str, width: float, height: float, cell: float, half_life: float = 0.0, linear: float = 0.0, diffusion: float = 0.0,
               wind: ArrayLike = (0.0, 0.0), cap: float = 1e6, cut_off: float = 0.0, zones: Optional[Sequence[float]] = None, full: float = 1.0) -> Trail:
-        """Pheromone on a grid around the origin of the shared world, that robots of all labs lay: metres of the shared frame, seconds,
-        `diffusion` in m2/s, `wind` in m/s. `zones`: (how many, opening in radians, radius, least value) in front of robots. `full`: what
-        people see as darkest; 0 shows nothing. Every lab asks for it alike."""
+        """Pheromone on a grid around the origin of the shared world, that robots of all labs lay. Every lab asks for it alike.
+
+        Parameters
+        ----------
+        name
+            A word of its own.
+        width, height, cell
+            Sides of the grid and of a cell, metres of the shared world.
+        half_life, linear
+            Seconds after which half is left; how much less there is each second; 0: none.
+        diffusion
+            In m2/s.
+        wind
+            (2) along x and y, m/s.
+        cap, cut_off
+            No cell has more; less is nothing.
+        zones
+            (how many, opening in radians, radius in metres, least value) of zones in front of robots.
+        full
+            What people see as darkest; 0 shows nothing.
+        """
         asked = {"piece": "trail", "name": _name("a trail", name), "wind": _pair("wind", wind), "zones": None, "full": _number("full", full, 0)}
         if zones is not None:
             if numpy.shape(zones) != (4,):
@@ -66,10 +110,23 @@ class Kit:
 
     def region(self, centre: Optional[ArrayLike] = None, radius: Optional[float] = None, corners: Optional[ArrayLike] = None,
                resource: Optional[dict[str, Any]] = None, leds: Optional[ArrayLike] = None, label: str = "", colour: str = "note") -> Region:
-        """A disc or a polygon of the shared world, which is drawn. `leds`: only robots whose LED is one of these numbers count, and use the
-        resource. `resource`: a stock that they use, a dict of capacity (1), growth (r of logistic growth, a second), rate (of the capacity
-        that each takes, a second), pairs (true: n robots take n times as much each), shared (true: all together take no more than one) and
-        regrows_below (below which it is full again)."""
+        """A disc or a polygon of the shared world, which is drawn.
+
+        Parameters
+        ----------
+        centre, radius
+            Of a disc, metres.
+        corners
+            (n, 2) of a polygon, metres.
+        resource
+            A stock that robots in it use, a dict of capacity (1), growth (r of logistic growth, a second), rate (of the capacity that each
+            takes, a second), pairs (true: n robots take n times as much each), shared (true: all together take no more than one) and
+            regrows_below (below which it is full again).
+        leds
+            Only robots whose LED is one of these numbers count, and use the resource.
+        label, colour
+            As people see it; a colour by its meaning, as of circle().
+        """
         if (centre is None) == (corners is None) or (centre is None) != (radius is None):
             raise ValueError("a region is a disc with centre and radius, or has corners")
         known = {"capacity": 1.0, "growth": 0.0, "rate": 0.0, "pairs": False, "shared": False, "regrows_below": 0.0}
@@ -92,9 +149,27 @@ class Kit:
 
     def floor(self, name: str, width: float, height: float, columns: int, rows: int, shares: Sequence[float] = (1, 1), patch: int = 0,
               tiles: Optional[ArrayLike] = None, image: Optional[str] = None, levels: int = 2, noise: ArrayLike = 0.0, every_s: float = 0.0) -> Floor:
-        """Tiles around the origin of the shared world, alike in all labs: drawn from run.seed and `name`, level k on its part of `shares`, in
-        patches of about 2 * `patch` + 1 tiles; or given as `tiles` (rows, columns) of levels 0 to 255, the lowest row first; or as an
-        `image`, a file beside the scenario, whose greys become so many `levels`, 0 the lightest."""
+        """Tiles around the origin of the shared world, alike in all labs: drawn by chance, given, or read from an image.
+
+        Parameters
+        ----------
+        name
+            A word of its own, by which, with run.seed, tiles are drawn.
+        width, height
+            Metres of the shared world.
+        columns, rows
+            How many tiles, 1 to 1000 each.
+        shares
+            Level k is drawn for its part of these.
+        patch
+            Equal tiles are drawn in patches of about 2 * `patch` + 1.
+        tiles
+            (rows, columns) of levels 0 to 255 instead, the lowest row first.
+        image, levels
+            A file beside the scenario instead, whose greys become so many levels, 0 the lightest.
+        noise, every_s
+            Of the level; seconds.
+        """
         columns, rows = _whole("columns", columns, 1, 1000), _whole("rows", rows, 1, 1000)
         if image is not None:
             if tiles is not None:
@@ -144,15 +219,31 @@ class Kit:
         return ((255 - grey[::-1].astype(int)) * levels // 256).astype(numpy.uint8)  # an image's first row is its highest
 
     def towards(self, place: ArrayLike, noise: ArrayLike = (0.0, 0.0), every_s: float = 0.0) -> Towards:
-        """Bearing and distance to a place of the shared world. `noise`: of the bearing in radians, and of the distance in metres."""
+        """Bearing and distance to a place.
+
+        Parameters
+        ----------
+        place
+            (2) metres of the shared world.
+        noise, every_s
+            Of the bearing in radians, and of the distance in metres; seconds.
+        """
         x, y = _pair("place", place, -1e4, 1e4)
         return self._sensor(Towards, {"piece": "towards", "x": x, "y": y}, noise, every_s, count=2)
 
     def gps(self, columns: int = 32, rows: int = 32, headings: int = 32, width: Optional[float] = None, height: Optional[float] = None,
             noise: ArrayLike = (0.0, 0.0), every_s: float = 0.0) -> Gps:
-        """Places in the shared world in few bits: of columns and rows of cells around its origin, and of so many `headings`, 1 to 65536 each.
-        `width` and `height` are metres of the shared world; without them they are the sides of this arena. `noise`: of x and y in
-        metres, and of the heading in radians."""
+        """Places in the shared world in few bits.
+
+        Parameters
+        ----------
+        columns, rows, headings
+            How many cells around its origin, and directions, 1 to 65536 each.
+        width, height
+            Metres of the shared world; without them they are the sides of this arena.
+        noise, every_s
+            Of x and y in metres, and of the heading in radians; seconds.
+        """
         cells = [_whole(name, n, 1, 65536) for name, n in (("columns", columns), ("rows", rows), ("headings", headings))]
         size = [self.scale * side if given is None else _number(name, given, 1e-6, 1e6)
                 for name, given, side in (("width", width, self.width_m), ("height", height, self.height_m))]
@@ -162,9 +253,19 @@ class Kit:
 
     def light(self, ambient: float = 0.0, slope: ArrayLike = (0.0, 0.0), beams: Sequence[dict[str, Any]] = (), noise: ArrayLike = 0.0,
               every_s: float = 0.0) -> Light:
-        """Virtual light of the shared world, as a Kilobot's sensor would read it, 0 to 1023: `ambient` at the origin, `slope` more for each
-        metre along x and y, and `beams`, dicts of a path (a place, or several that it goes round), radius (0.1), level (1023) and
-        speed (0, in m/s)."""
+        """Virtual light of the shared world, as a Kilobot's sensor would read it, 0 to 1023.
+
+        Parameters
+        ----------
+        ambient
+            At the origin.
+        slope
+            (2) more for each metre along x and y.
+        beams
+            Dicts of a path (a place, or several that it goes round), radius (0.1), level (1023) and speed (0, in m/s).
+        noise, every_s
+            Of the level; seconds.
+        """
         given = []
         for beam in beams:
             if not isinstance(beam, dict) or "path" not in beam or set(beam) - {"path", "radius", "level", "speed"}:
@@ -179,8 +280,19 @@ class Kit:
 
     @renamed(range="reach")
     def voices(self, name: str, values: int, reach: Optional[float] = None, graph: Optional[Sequence[Any]] = None) -> Voices:
-        """Robots say one of 1 to 64 values to others of all labs: to those within `reach` of them in the shared world, or to those that
-        the `graph` joins, pairs of (lab, id)."""
+        """Robots say one value to others of all labs: to those within reach, or to those that a graph joins.
+
+        Parameters
+        ----------
+        name
+            A word of its own.
+        values
+            How many there are, 1 to 64.
+        reach
+            Metres of the shared world.
+        graph
+            Pairs of (lab, id).
+        """
         values = _whole("values", values, 1, 64)
         if (reach is None) == (graph is None):
             raise ValueError("voices have a reach or a graph")

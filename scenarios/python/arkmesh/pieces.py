@@ -124,8 +124,20 @@ class Trail(Piece):
         return _whole_numbers(self.sensed[:, 3])
 
     def lay(self, who: ArrayLike, amount: ArrayLike = 1.0) -> None:
-        """In frame(): the robots `who` (a mask over the rows, or ids) lay so much, one number or one for each of them, where the frame
-        has them. All labs have it from the next boundary on."""
+        """In frame(): robots lay where the frame has them. All labs have it from the next boundary on.
+
+        Parameters
+        ----------
+        who
+            A mask over the rows, or ids.
+        amount
+            0 or more: one number, or one for each of them.
+
+        Raises
+        ------
+        ValueError
+            If an amount is below 0, not finite, or of another shape.
+        """
         rows, by_ids = self._lab._rows(who)
         amount = numpy.asarray(amount, dtype=float)
         if amount.shape not in ((), (len(rows),) if by_ids else (len(self._lab.ids),)):
@@ -190,7 +202,13 @@ class Towards(Piece):
         return self.sensed[:, 1]
 
     def sector(self, sectors: int) -> NDArray[numpy.int64]:
-        """(n) of so many equal sectors, 0 around straight ahead, then counter-clockwise."""
+        """(n) of so many equal sectors, 0 around straight ahead, then counter-clockwise.
+
+        Parameters
+        ----------
+        sectors
+            How many.
+        """
         return _whole_numbers(numpy.floor(self.bearing / (2 * math.pi) * sectors + 0.5) % sectors)
 
 
@@ -239,7 +257,20 @@ class Voices(Piece):
         return _whole_numbers(self.sensed)
 
     def say(self, who: ArrayLike, value: ArrayLike) -> None:
-        """In frame(): what the robots `who` (a mask over the rows, or ids) say from now on: one value or one for each; -1 is silence."""
+        """In frame(): what robots say from now on.
+
+        Parameters
+        ----------
+        who
+            A mask over the rows, or ids.
+        value
+            One, or one for each of them; -1 is silence.
+
+        Raises
+        ------
+        ValueError
+            If a value is beyond those of voices().
+        """
         rows, by_ids = self._lab._rows(who)
         each = numpy.broadcast_to(self._lab._chosen("value", value, -1, self.columns - 1, rows, by_ids), len(rows))
         if len(rows):

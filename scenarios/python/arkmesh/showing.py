@@ -25,7 +25,15 @@ class Showing:
     _file: pathlib.Path
 
     def row(self, table: str, /, **values: Any) -> None:
-        """A row of TABLE.csv in the run's folder. The names are its columns, in the order of the table's first row."""
+        """Writes a row of TABLE.csv in the run's folder.
+
+        Parameters
+        ----------
+        table
+            Of a-z, 0-9 and _.
+        **values
+            The columns by name, in the order of the table's first row; values hold no comma, quote or line end.
+        """
         if not re.fullmatch("[a-z][a-z0-9_]{0,63}", table) or table in OWN_TABLES:
             raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _, 64 of them at most, and not {' or '.join(OWN_TABLES)}")
         columns = self._columns.setdefault(table, list(values))
@@ -40,21 +48,46 @@ class Showing:
         self._said.setdefault("rows", []).append([table, ",".join(columns), ",".join(cells)])
 
     def count(self, name: str, n: int = 1) -> None:
-        """Adds to a total of this lab. The run's result has the sum of all labs as `name`, and `name@LAB` of each."""
+        """Adds to a total of this lab. The run's result has the sum of all labs as `name`, and `name@LAB` of each.
+
+        Parameters
+        ----------
+        name
+            A text in one line without @.
+        n
+            How much, 0 or more.
+        """
         if not str(name).strip() or not str(name).isprintable() or "@" in str(name) or name in OWN_COLUMNS:
             raise ValueError(f"count {name!r}: a name is a text in one line without @, and is none of {', '.join(OWN_COLUMNS)}")
         self._said.setdefault("counts", []).append([str(name), int(self._column("a count", n, 0, 2**53, 0))])
 
     def show(self, name: str, words: str = "", unit: str = "", curve: bool = False) -> None:
-        """In begin(): how people are told of a count, of a column of a table, "TABLE.COLUMN", or of a setting that was asked for: in `words`, with
-        their `unit`. `curve`: pages and figures draw it over lab time, those that were named first before others."""
+        """In begin(): how people are told of something.
+
+        Parameters
+        ----------
+        name
+            A count, a column of a table, "TABLE.COLUMN", or a setting that was asked for.
+        words, unit
+            What they read.
+        curve
+            Pages and figures draw it over lab time, those that were named first before others.
+        """
         asked = self._settings.get(name)
         if asked:
             return self._show(f"setting.{'sensors' if asked['own'] else 'scenario'}.{self._file.stem}.{name}", words, unit or asked["unit"])
         return self._show(f"series.{name}", words, unit, bool(curve))
 
     def legend(self, of: Union[str, int], words: str) -> None:
-        """In begin(): what a colour of what is drawn, or an LED 0 to 8, means, for the legends of pages and figures."""
+        """In begin(): what a colour means, for the legends of pages and figures.
+
+        Parameters
+        ----------
+        of
+            A colour of what is drawn, by its meaning, or an LED, 0 to 8.
+        words
+            What it means.
+        """
         if of not in (self._colours or [of]) if isinstance(of, str) else not 0 <= of <= 8:
             raise ValueError(f"legend of {of!r}: it is of an LED, 0 to 8, or of one of {', '.join(self._colours or [])}")
         self._show(f"colour.{of}" if isinstance(of, str) else f"led.{int(of)}", words)
@@ -101,8 +134,21 @@ class Showing:
         self._draw("text", at, colour, False, False, text)
 
     def raster(self, corner: ArrayLike, cell: float, values: ArrayLike, heading: float = 0.0, colour: str = "pheromone", label: str = "") -> None:
-        """A quantity on a grid, shown as circle() is: `values` (rows, columns) from 0, not drawn, to 1, the fullest; rows go along
-        `heading` from `corner`, one after the other to its left. `cell`: a side in metres."""
+        """Shows a quantity on a grid, as circle() is shown.
+
+        Parameters
+        ----------
+        corner
+            (2) where the first row begins, metres of this arena.
+        cell
+            A side, metres.
+        values
+            (rows, columns) from 0, not drawn, to 1, the fullest; rows go along `heading`, one after the other to its left.
+        heading
+            Radians from +x.
+        colour, label
+            As of circle().
+        """
         values = numpy.asarray(values, dtype=float)
         if values.ndim != 2 or not numpy.isfinite(values).all() or not (0 <= values).all() or not (values <= 1).all():
             raise ValueError(f"a raster's values are (rows, columns) from 0 to 1, and these have the shape {values.shape}")
