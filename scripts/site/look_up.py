@@ -111,7 +111,7 @@ def counters(root):
 def python_api(package):
     """A page of Markdown for mkdocstrings: what the package exports, then what a Lab has besides; each by the module that defines it."""
     init = (package / "__init__.py").read_text()
-    home = {name: module for module, names in re.findall(r"^from \.(\w+) import (.+)$", init, re.M) for name in names.split(", ")}
+    home = {name: module for module, names in re.findall(r"^ *from \.(\w+) import (.+)$", init, re.M) for name in names.split(", ")}
     exported = re.findall(r'"(\w+)"', re.search(r"^__all__ = \[(.*)\]$", init, re.M)[1])
     pieces = re.findall(r"^class (\w+)\(Piece\):", (package / "pieces.py").read_text(), re.M)
     parts = {"Runs": [f"{home[name]}.{name}" for name in ("run", "batch", "sweep", "check", "lab", "Failed")],

@@ -31,6 +31,7 @@ HEAD, TIME, COUNT = struct.Struct("<IB"), struct.Struct("<qI"), struct.Struct("<
 OTHERS_WORDS = {"setup": "begin", "start": "begin", "init": "begin", "loop": "frame", "step": "frame", "update": "frame", "poses": "frame", "boundary": "period"}
 U4, F8, U1, I8 = numpy.dtype("<u4"), numpy.dtype("<f8"), numpy.dtype("u1"), numpy.dtype("<i8")  # as every machine that arkmesh runs on has them
 POSE = numpy.dtype([("x", "<f8"), ("y", "<f8"), ("heading", "<f8")])
+NONE = tuple((dtype, numpy.zeros(0, dtype)) for dtype in (POSE, HEARD))  # objects that move, and what is heard
 PACKAGE = pathlib.Path(__file__).resolve().parent
 # Whose code none of the user's is.
 NOT_USERS = {PACKAGE, pathlib.Path(sysconfig.get_path("stdlib")), pathlib.Path(sysconfig.get_path("platstdlib"))}
@@ -49,26 +50,27 @@ class Line:
 
     def __init__(self, fileno):
         self.socket, self.kind = socket.socket(fileno=fileno), None  # of the message received last
+        self.came = bytearray()  # and is not yet received: a lab whose time goes on may send two messages
+        self.room, self.behind = 1 << 12, b""  # bytes of the longest message, and what came behind the last one
 
     def computing(self, is_computing):
         """Called as the user's code begins to compute an answer, and as it ends."""
 
-    def read(self, n):
-        data = bytearray(n)
-        view, at = memoryview(data), 0
-        while at < n:
+    def read(self, least):
+        while len(self.came) < least:
             try:
-                got = self.socket.recv_into(view[at:])
+                more = self.socket.recv(1 << 16)
             except ConnectionError:
-                got = 0
-            if got == 0:
+                more = b""
+            if not more:
                 raise Gone
-            at += got
-        return data
+            self.came += more
 
     def receive(self):
-        size, kind = HEAD.unpack(self.read(HEAD.size))
-        self.kind, content = chr(kind), self.read(size)
+        self.read(HEAD.size)
+        size, kind = HEAD.unpack_from(self.came)
+        self.read(HEAD.size + size)
+        self.kind, content, self.came = chr(kind), self.came[HEAD.size:HEAD.size + size], self.came[HEAD.size + size:]
         self.computing(True)
         return self.kind, content
 
@@ -128,7 +130,7 @@ def see(lab, kind, content):
     reader = Reader(content)
     if kind == "F":
         robots = reader.robots()
-        objects, heard = reader.array(POSE, reader.count()), reader.array(HEARD, reader.count())
+        objects, heard = (reader.array(dtype, n) if (n := reader.count()) else none for dtype, none in NONE)
         n = len(robots["ids"])
         lab._see(reader.now_us, robots, objects, heard, [reader.array(F8, n * (columns := reader.count())).reshape(n, columns) for _ in lab._pieces])
         return

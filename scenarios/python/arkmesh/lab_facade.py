@@ -102,6 +102,9 @@ class Lab(Kit, Showing):
         self.now_s, self.periods = 0.0, 0
         self._seed, self._ask, self._streams, self._merged, self._rules = facts["seed"], ask_setting, {}, {}, {}
         self._words, self._said, self._pieces = [], {}, []
+        to_all = numpy.zeros(n, WORD)
+        to_all["robot"] = self.ids
+        self._published, self._to_all, self._all, self._not_shown = {}, to_all.tobytes(), numpy.ones(n, dtype=bool), numpy.full(n, NOT_SHOWN, numpy.uint8)
         self._said_s = {}  # by slot, when each robot was told what is said now and then
         self._columns, self._settings = {}, {}  # by table, those of its first row; by name, what was asked
         self._file, self._files, self._alike = pathlib.Path(facts["file"]), {}, {}
@@ -195,7 +198,7 @@ class Lab(Kit, Showing):
         ValueError
             If a number is beyond its limits or not whole, a shape is another one, or an id is none of this lab's.
         """
-        how = UNTIL_LED_CHANGES if shown is None else NOT_SHOWN - self._column("shown", shown, 0, 1)  # SHOWN is one less
+        how = UNTIL_LED_CHANGES if shown is None else self._not_shown - self._column("shown", shown, 0, 1)  # SHOWN is one less
         self._say(who, kind, value, slot, how)
 
     def say(self, who: ArrayLike, kind: ArrayLike = 0, value: ArrayLike = 0, slot: ArrayLike = 0, every_s: float = 0.0) -> None:
@@ -282,8 +285,8 @@ class Lab(Kit, Showing):
     def _chosen(self, name, given, low, high, rows, by_ids):
         """As _column, of the robots at `rows`: a number, or one for each. Where `rows` are no ids, `given` has all robots'; what it
         has of others does not matter, such as NaN of robots that were never seen."""
-        if not isinstance(given, (int, numpy.integer)) and not by_ids and numpy.shape(given) == self.ids.shape:
-            given = numpy.asarray(given)[rows]
+        if not isinstance(given, (int, numpy.integer)) and not by_ids and (given := numpy.asarray(given)).shape == self.ids.shape:
+            given = given[rows]
             return self._column(name, given, low, high, len(given))
         return self._column(name, given, low, high, len(rows) if by_ids else None)
 
@@ -304,12 +307,12 @@ class Lab(Kit, Showing):
         raise ValueError(f"who is a mask of {len(self.ids)} rows, or ids, and not an array of {who.dtype} with the shape {who.shape}")
 
     def _say(self, who, kind, value, slot, how, every_s=0.0):
-        rows, by_ids = self._rows(who)
-        if len(rows) == len(self.ids) and not by_ids:
-            rows = slice(None)  # of all, as they lie
-        ids = self.ids[rows]
-        words = numpy.zeros(len(ids), WORD)
-        words["robot"] = ids
+        who = numpy.asarray(who)
+        if who.dtype == bool and who.shape == self.ids.shape and who.tobytes().find(0) < 0:
+            rows, by_ids = slice(None), False  # of all, as they lie
+        else:
+            rows, by_ids = self._rows(who)
+        words = numpy.ndarray(len(self.ids), WORD, bytearray(self._to_all))[rows]
         columns = [("kind", kind, self.kinds - 1), ("value", value, self.values - 1), ("slot", slot, _WHEELS - 1 if self.wheels_m_per_s else 255)]
         for name, given, high in columns:
             if type(given) is int and given == 0:  # as it mostly is
@@ -341,12 +344,16 @@ class Lab(Kit, Showing):
         """Sets an own field: whole numbers. It is in force in all labs once it is merged."""
         if name not in self._rules:
             raise ValueError(f"field {name!r} is not declared; declare it in begin()")
-        given = numpy.atleast_1d(values)
         length, up_to = self._rules[name]
-        if given.ndim != 1 or len(given) > length or (len(given) < length and not up_to):
-            raise ValueError(f"field {name!r} has {length} values{' at most' if up_to else ''}, and these have the shape {given.shape}")
-        given = self._column(f"field {name!r}", given, -2**63, 2**63 - 1, len(given))
-        self._said.setdefault("publish", {})[name] = [int(v) for v in given]
+        if length == 1 and type(values) is list and len(values) == 1 and isinstance(values[0], (int, numpy.integer)) and -2**63 <= values[0] < 2**63:
+            numbers = [int(values[0])]  # the usual one, at once
+        else:
+            given = numpy.atleast_1d(values)
+            if given.ndim != 1 or len(given) > length or (len(given) < length and not up_to):
+                raise ValueError(f"field {name!r} has {length} values{' at most' if up_to else ''}, and these have the shape {given.shape}")
+            numbers = [int(v) for v in self._column(f"field {name!r}", given, -2**63, 2**63 - 1, len(given))]
+        if self._published.get(name) != numbers:  # else the lab has it
+            self._published[name] = self._said.setdefault("publish", {})[name] = numbers
 
     def field(self, lab: str, name: str) -> NDArray[numpy.int64]:
         """A lab's field as merged last, or, of one with `initial_only`, as it was at the start; empty when it has said none."""
@@ -363,7 +370,7 @@ class Lab(Kit, Showing):
         if len(objects):
             self.object_xy, self.object_heading = numpy.stack([objects["x"], objects["y"]], axis=1), objects["heading"]
         if of_all:
-            self.seen = numpy.ones(len(self.ids), dtype=bool)
+            self.seen = self._all.copy()
             self.xy, self.shared_xy, self.heading, self.led = robots["xy"], robots["shared_xy"], robots["heading"], robots["led"]
             return
         rows = numpy.searchsorted(self.ids, robots["ids"])
@@ -384,4 +391,4 @@ class Lab(Kit, Showing):
     def _take(self):
         words, said = self._words, self._said
         self._words, self._said = [], {}
-        return (numpy.concatenate(words).tobytes() if words else b""), said
+        return b"".join(each.tobytes() for each in words), said

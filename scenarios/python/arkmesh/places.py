@@ -31,7 +31,7 @@ def within(xy: ArrayLike, others: ArrayLike, reach: float) -> NDArray[numpy.bool
     ValueError
         If places have another shape.
     """
-    xy, others = (numpy.asarray(a, dtype=float) for a in (xy, others))
+    xy, others = numpy.asarray(xy, dtype=float), numpy.asarray(others, dtype=float)
     if xy.ndim != 2 or others.ndim != 2 or xy.shape[1] != 2 or others.shape[1] != 2:
         raise ValueError(f"within: places are arrays of shape (n, 2), and these have {xy.shape} and {others.shape}")
     if len(xy) * len(others) > _FEW_PAIRS:
@@ -42,13 +42,16 @@ def within(xy: ArrayLike, others: ArrayLike, reach: float) -> NDArray[numpy.bool
             near[rows[_are_near(others[columns, 0] - xy[rows, 0], others[columns, 1] - xy[rows, 1], reach)]] = True
             return near
     if len(xy) * len(others) <= _PAIRS_AT_ONCE:
-        return _are_near(others[:, 0] - xy[:, 0, None], others[:, 1] - xy[:, 1, None], reach).any(axis=1)
+        return _has_near(xy, others, reach)
     near = numpy.zeros(len(xy), dtype=bool)
     rows = max(1, _PAIRS_AT_ONCE // max(1, len(others)))
     for first in range(0, len(xy), rows):
-        part = xy[first:first + rows]
-        near[first:first + rows] = _are_near(others[:, 0] - part[:, 0, None], others[:, 1] - part[:, 1, None], reach).any(axis=1)
+        near[first:first + rows] = _has_near(xy[first:first + rows], others, reach)
     return near
+
+
+def _has_near(xy, others, reach):
+    return numpy.logical_or.reduce(_are_near(others[:, 0] - xy[:, 0, None], others[:, 1] - xy[:, 1, None], reach), axis=1)
 
 
 def _are_near(dx, dy, reach):

@@ -66,6 +66,12 @@ class Line(answering.Line):
         super().__init__(fileno)
         self.session = session
 
+    def receive(self):
+        kind, content = super().receive()
+        if self.came:  # which no selector tells of
+            self.session.lines.append(self)
+        return kind, content
+
     def computing(self, is_computing):
         with self.session.lock:
             self.session.busy = self if is_computing else None
@@ -157,6 +163,7 @@ class Session:
         """A line is not answered any more."""
         if line in self.controls:
             self.waiting.unregister(line.socket)
+            self.lines = collections.deque(other for other in self.lines if other is not line)
             line.socket.close()
             control = self.controls.pop(line)
             with contextlib.suppress(OSError):
