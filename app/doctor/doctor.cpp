@@ -26,6 +26,7 @@
 #include "arkmesh/peers_t.hpp"
 #include "arkmesh/world_t.hpp"
 #include "gateway/address.hpp"
+#include "gateway/config.hpp"
 #include "hal/arenas/messages.hpp"
 #include "hal/bus/bus.hpp"
 #include "hal/bus/bus_config.hpp"
@@ -185,25 +186,54 @@ Finding listening(const std::string& where, bool gateway_is_running) {
   return finding;
 }
 
-// Which of the other labs will not obey when this lab's operator stops all.
-Finding stop_of_all(const hal::Participants& shared, const Heard& heard, const hal::Section& gateway) {
+// Which of the other labs will not obey when this lab's operator stops all, and whose STOP does not come here.
+Finding stop_of_all(const hal::Participants& shared, const Heard& heard, const hal::Section& root) {
   Finding finding{"STOP of all labs", "", "docs/security.md, Operators of other labs, explains what each file needs"};
   const auto problem = [&](const std::string& text) {
     finding.problem += (finding.problem.empty() ? "" : "; ") + text;
   };
-  const auto ordered = gateway.get("ordered", std::vector<std::string>());
-  if (std::ranges::count(ordered, lab::operator_channel) == 0 && gateway.place("rules").empty())
-    problem("gateway.ordered does not name operator_command, so no other lab hears the operator of " + shared.lab);
-  std::vector<std::string> unknown;
+  using gateway::Direction;
+  gateway::ChannelRules rules;
+  try {
+    rules = gateway::read_gateway_config(root.section("gateway"), shared.lab, shared.labs).rules;
+  } catch (const hal::ConfigError& error) {
+    finding.problem = error.what();
+    return finding;
+  }
+  const auto givers = root.section("safety").get("commands_from", std::vector<std::string>());
+  std::vector<std::string> unknown, unsent, loose, untaken;
   for (const std::string& lab : shared.labs) {
     if (lab == shared.lab) continue;
+    const bool obeyed = std::ranges::count(givers, lab) + std::ranges::count(givers, "*") > 0;
+    const auto is_loose = [&](const std::string& channel) {
+      const auto* const rule = rules.passing(Direction::exports, channel, lab);
+      return rule && rule->delivery != gateway::Delivery::ordered;
+    };
+    if (!rules.passing(Direction::exports, lab::operator_channel, lab)) unsent.push_back(lab);
+    if (is_loose(lab::operator_channel) || (obeyed && is_loose(lab::answer_channel))) loose.push_back(lab);
+    if (obeyed && !rules.passing(Direction::imports, lab::operator_channel, lab)) untaken.push_back(lab);
     if (const auto other = heard.others.find(lab); other == heard.others.end())
       unknown.push_back(lab);
-    else if (!lab::obeys(other->second, shared.lab))
+    else if (std::ranges::count(other->second.obeys, shared.lab) == 0)
       problem(lab::not_obeyed(lab, shared.lab));
     else if (!heard.answered.contains(lab))
       problem(lab::not_reached(lab));
   }
+  if (!unsent.empty())
+    problem(
+        fmt::format("no rule exports operator_command to {}, so no operator of {} is heard there; name it in "
+                    "gateway.ordered",
+                    fmt::join(unsent, ", "), shared.lab));
+  if (!loose.empty())
+    problem(
+        fmt::format("operator_command or operator_answer is not \"ordered\" for {}, so a newer message can replace "
+                    "a command or its answer; name operator_command in gateway.ordered",
+                    fmt::join(loose, ", ")));
+  if (!untaken.empty())
+    problem(
+        fmt::format("no rule imports operator_command from {}, so {} does not hear their STOP; name it in "
+                    "gateway.imports",
+                    fmt::join(untaken, ", "), shared.lab));
   if (!unknown.empty())
     finding.what += fmt::format(" (unknown for labs that are not heard: {})", fmt::join(unknown, ", "));
   return finding;
@@ -276,7 +306,7 @@ std::vector<hal::Finding> lab_ports(const hal::Section& root, bool multicast_wor
     }
   }
   if (const auto shared = root.read<hal::Participants>(); shared.labs.size() > 1)
-    findings.push_back(stop_of_all(shared, heard, root.section("gateway")));
+    findings.push_back(stop_of_all(shared, heard, root));
   if (!listen.empty()) findings.push_back(listening(listen, heard.gateways.contains(lab)));
   return findings;
 }

@@ -215,7 +215,8 @@ TEST_CASE("labs that STOP of all labs does not reach") {
   const auto file_with = [&](const std::string& key) {
     return LabFile(std::string(text).replace(text.find("%s"), 2, key));
   };
-  const LabFile file = file_with("ordered = [\"operator_command\"]\n"), mute = file_with("");
+  const LabFile file = file_with("ordered = [\"operator_command\"]\n"), mute = file_with(""),
+                loose = file_with("exports = [\"status\", \"operator_command\"]\n[safety]\ncommands_from = [\"b\"]\n");
   hal::Bus bus("udpm://239.255.76.67:7873?ttl=0");
   const auto answers = bus.subscribe(lab::operator_channel, [&](std::string_view, auto) {
     for (const char* lab : {"a", "b"}) bus.publish(std::string(lab) + "/operator_answer", operator_answer_t{});
@@ -240,7 +241,13 @@ TEST_CASE("labs that STOP of all labs does not reach") {
         "explains what each file needs");
   Command mute_lab(doctor + " " + mute.path());
   CHECK(has(line_of(mute_lab.words(), "STOP of all labs"),
-            ": gateway.ordered does not name operator_command, so no other lab hears the operator of shark -> docs/"));
+            ": no rule exports operator_command to a, b, c, d, so no operator of shark is heard there; name it in "
+            "gateway.ordered -> docs/"));
+  Command loose_lab(doctor + " " + loose.path());
+  CHECK(has(line_of(loose_lab.words(), "STOP of all labs"),
+            ": operator_command or operator_answer is not \"ordered\" for a, b, c, d, so a newer message can replace a "
+            "command or its answer; name operator_command in gateway.ordered; no rule imports operator_command from b, "
+            "so shark does not hear their STOP; name it in gateway.imports -> docs/"));
 }
 
 TEST_CASE("TCP port taken") {
