@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <iterator>
 #include <random>
 #include <set>
@@ -164,7 +165,7 @@ void ConfiguredLab::open_run(std::shared_ptr<lab::WorldReader> worlds) {
   runner_ =
       std::make_unique<lab::Runner>(run_config_, settings(), *arena_, *scenario_, private_bus_, folder_->recorder(),
                                     run_id_, worlds ? std::move(worlds) : std::make_shared<lab::WorldReader>());
-  runner_->ask(&signatures_);
+  runner_->ask(std::bind_front(&TrustedSignatures::has_signed, &signatures_));
 }
 
 std::vector<std::filesystem::path> ConfiguredLab::inputs() const {

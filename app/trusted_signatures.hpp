@@ -1,20 +1,20 @@
 // Signatures of the labs that the folder of keys trusts, as it is at the moment: a lab that is revoked counts no more.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
-
-#include "lab/operator/peer_signatures.hpp"
 
 namespace arkmesh::app {
 
-class TrustedSignatures final : public lab::PeerSignatures {
+class TrustedSignatures {
  public:
   // `keys`: gateway.keys; empty: the default folder.
   explicit TrustedSignatures(std::filesystem::path keys) : keys_(std::move(keys)) {}
   bool has_signed(const std::string& peer, std::span<const std::uint8_t> bytes,
-                  std::span<const std::uint8_t> signature) override;
+                  std::span<const std::uint8_t> signature);
 
  private:
   void read();

@@ -11,17 +11,14 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <thread>
-#include <utility>
 #include <vector>
 
-#include "arkmesh/fleet_command_t.hpp"
 #include "cli/bus_options.hpp"
 #include "cli/commands.hpp"
+#include "cli/program.hpp"
 #include "gateway/frame/signature.hpp"
 #include "gateway/links/key_folder.hpp"
-#include "hal/arenas/messages.hpp"
 #include "hal/bus/participants.hpp"
 #include "hal/child_process.hpp"
 #include "hal/config/config.hpp"
@@ -34,21 +31,7 @@
 namespace arkmesh::cli {
 namespace {
 
-struct OperatorWord {
-  std::string_view name;
-  std::uint8_t command;
-  const char* done;  // what is said of the lab afterwards
-  bool makes_stand;  // robots are to be seen to stand
-  bool at_others;    // may be given to another lab, and to all of the world
-};
-
-constexpr OperatorWord words[] = {
-    {"stop", operator_command_t::stop, "ended at period", true, true},
-    {"pause", fleet_command_t::pause, "paused its robots at period", true, true},
-    {"resume", fleet_command_t::run, "resumed its robots at period", false, true},
-    {"reset", fleet_command_t::reset, "reset its robots, which wait for resume, at period", true, false},
-    {"arm", operator_command_t::arm, "accepts commands from other labs' operators from period", false, false},
-    {"disarm", operator_command_t::disarm, "accepts commands from its own operator only, from period", false, false}};
+using lab::OperatorWord;
 
 constexpr std::chrono::seconds ends_within{25};  // 10 of them until robots were seen to stand
 constexpr std::chrono::seconds seen_within{12};
@@ -83,56 +66,47 @@ Prove prove_as_lab(const std::string& own, const std::filesystem::path& keys) {
   };
 }
 
-std::runtime_error no_lab(const std::string& where, const OperatorWord& word, const BusOptions& options) {
-  if (const std::string hung = options.hung_words(); !hung.empty()) return std::runtime_error(hung);
-  return std::runtime_error(
-      fmt::format("no lab is heard on {}; is it running, and is this its file? (arkmesh {} --help)", where, word.name));
-}
-
-[[noreturn]] void say_not_seen(const lab::RunningLab& lab, bool ended) {
-  fmt::print(stderr, "arkmesh: {} told its robots to stop; not seen standing: {}. {}\n", lab.name(),
-             lab.should_stand() ? lab.not_standing() : "any, because it still wants them to run",
-             ended ? "It has ended; its guard repeats the stop for a minute, and arkmesh ohc PORT pause sends it again"
-                   : "It repeats the stop until they are seen standing; stop by hand those that move");
-  throw CLI::RuntimeError(hal::Exit::not_standing);
-}
-
-// "Done" is said of robots that were seen to stand only.
+// "Done" is said of robots that were seen to stand only. `options`: of the own lab, whose guard is on this machine.
 void tell(const OperatorWord& word, lab::RunningLab& lab, const Prove& prove, const BusOptions& options) {
+  const lab_status_t& now = lab.status();
   // Who ends because a peer was stopped is stopped, too.
   const bool ends = word.command == operator_command_t::stop;
-  if (lab.is_over() && !ends)
-    throw std::runtime_error(fmt::format("{} has ended already: {}", lab.name(), lab.state()));
+  if (lab.is_over() && !ends) throw std::runtime_error(fmt::format("{} has ended already: {}", now.lab, now.state));
   const std::string why = lab.is_over() ? "" : lab.tell(word.command, prove);
   if (!why.empty() && !(ends && lab.is_over())) {
     const std::string hung = lab.is_silent() ? options.hung_words() : std::string();
     throw std::runtime_error(hung.empty() ? why : hung);
   }
   if (ends && !lab.comes_to(ends_within, [&] { return lab.has_ended(); }))
-    throw std::runtime_error(fmt::format("{} was told to end, but has not confirmed it within {} s", lab.name(),
-                                         std::chrono::seconds(ends_within).count()));
+    throw std::runtime_error(
+        fmt::format("{} was told to end, but has not confirmed it within {} s", now.lab, ends_within.count()));
   if (word.makes_stand) lab.comes_to(seen_within, [&] { return lab.has_ended() || lab.stands(); });
-  if (word.makes_stand && !lab.stands()) return say_not_seen(lab, ends);
   const std::string missing = lab.not_standing();
-  fmt::print("{} {} {}{}{}\n", lab.name(), word.done, lab.period(),
-             lab.has_ended() ? "" : fmt::format(" ({})", lab.state()),
+  if (word.makes_stand && !lab.stands())
+    throw hal::ExitError(
+        hal::Exit::not_standing,
+        fmt::format("{} told its robots to stop; not seen standing: {}. {}", now.lab,
+                    lab.should_stand() ? missing : "any, because it still wants them to run",
+                    ends ? "It has ended; its guard repeats the stop for a minute, and arkmesh ohc PORT pause sends it "
+                           "again"
+                         : "It repeats the stop until they are seen standing; stop by hand those that move"));
+  fmt::print("{} {} {}{}{}\n", now.lab, word.done, now.period, lab.has_ended() ? "" : fmt::format(" ({})", now.state),
              word.makes_stand && !missing.empty() ? "; state unknown for robots " + missing : "");
 }
 
-void tell_own(const OperatorWord& word, const BusOptions& options, bool as_one_of_world = false) {
+void tell_own(const OperatorWord& word, const OperatorOptions& options) {
   const hal::BusConfig bus = options.bus();
-  const Prove prove = prove_as_user(as_one_of_world);
+  const Prove prove = prove_as_user(options.world);
   lab::RunningLab lab(bus, options.lab());
-  if (!lab.speaks()) throw no_lab(bus.url, word, options);
-  tell(word, lab, prove, options);
+  if (lab.speaks()) return tell(word, lab, prove, options);
+  const std::string hung = options.hung_words();
+  throw std::runtime_error(
+      hung.empty() ? fmt::format("no lab is heard on {}; is it running, and is this its file? (arkmesh {} --help)",
+                                 bus.url, word.name)
+                   : hung);
 }
 
 void tell_other(const OperatorWord& word, const OperatorOptions& options) {
-  if (options.file.empty())
-    throw hal::ConfigError(
-        fmt::format("--at needs the file of this lab, whose gateway passes the command on: arkmesh {} "
-                    "--at {} FILE",
-                    word.name, options.at));
   if (!hal::is_lab_name(options.at))
     throw hal::ConfigError(fmt::format("--at '{}' is not a lab's name", hal::printable(options.at, hal::max_label)));
   const hal::Section root = hal::Config::from_file(options.file, options.sets).root();
@@ -140,51 +114,44 @@ void tell_other(const OperatorWord& word, const OperatorOptions& options) {
   const Prove prove = prove_as_lab(own, root.section("gateway").get("keys", std::filesystem::path()));
   const hal::BusConfig bus = options.bus();
   lab::RunningLab lab(bus, options.at, own);
-  if (!lab.speaks())
-    throw std::runtime_error(fmt::format("{} is not heard on {}; is the link to it up? (arkmesh status {})", options.at,
-                                         bus.url, options.file));
-  tell(word, lab, prove, {});
+  if (lab.speaks()) return tell(word, lab, prove, {});
+  throw std::runtime_error(fmt::format("{} is not heard on {}; is the link to it up? (arkmesh status {})", options.at,
+                                       bus.url, options.file));
 }
 
-// To all labs of shared.labs at once: this one here, each other one by a process of its own. Each says what came of it;
-// the exit code is that of robots that may walk, before any other failure.
-void tell_world(const OperatorWord& word, const OperatorOptions& options) {
-  if (options.file.empty())
-    throw hal::ConfigError(fmt::format("--world needs the file of this lab: arkmesh {} --world FILE", word.name));
+void tell_one(const OperatorWord& word, const OperatorOptions& options) {
+  options.at.empty() ? tell_own(word, options) : tell_other(word, options);
+}
+
+// To all labs of shared.labs at once, each by a process of its own. Each says what came of it; the exit code is that of
+// robots that may walk, before any other failure.
+void tell_world(const OperatorWord& word, OperatorOptions options) {
   const auto shared = hal::Config::from_file(options.file, options.sets).root().read<hal::Participants>();
-  std::vector<hal::ChildProcess> others;
+  std::vector<hal::ChildProcess> children;
   for (const std::string& lab : shared.labs) {
-    if (lab != shared.lab) others.emplace_back(lab::to_tell(lab, word.name, options.file, options.sets));
+    options.at = lab == shared.lab ? "" : lab;
+    children.emplace_back(hal::ChildStart{
+        .function = [&word, options] { return exit_code_of([&] { return tell_one(word, options), hal::Exit::done; }); },
+        .last_signal = SIGTERM});
   }
   int code = hal::Exit::done;
-  const auto note = [&code](int one) {
-    if (one == hal::Exit::not_standing || code == hal::Exit::done) code = one > 128 ? hal::Exit::failed : one;
-  };
-  try {
-    tell_own(word, options, true);
-  } catch (const CLI::RuntimeError& error) {
-    note(error.get_exit_code());
-  } catch (const std::runtime_error& error) {
-    fmt::print(stderr, "arkmesh: {}\n", error.what());
-    note(hal::Exit::failed);
-  }
-  for (hal::ChildProcess& other : others) {
+  for (hal::ChildProcess& child : children) {
     std::string said;
-    while (other.read(said)) {
-      pollfd more{other.output(), POLLIN, 0};
+    while (child.read(said)) {
+      pollfd more{child.output(), POLLIN, 0};
       ::poll(&more, 1, -1);
     }
-    const int one = other.wait().code;
+    const int one = child.wait().code;
     fmt::print(one == hal::Exit::done ? stdout : stderr, "{}", said);
-    note(one);
+    if (one == hal::Exit::not_standing || code == hal::Exit::done) code = one > 128 ? hal::Exit::failed : one;
   }
-  if (code != hal::Exit::done) throw CLI::RuntimeError(code);
+  end_with(code);
 }
 
 }  // namespace
 
 void add_operator_command(CLI::App* command) {
-  const OperatorWord& word = *std::ranges::find(words, command->get_name(), &OperatorWord::name);
+  const OperatorWord& word = *std::ranges::find(lab::operator_words, command->get_name(), &OperatorWord::name);
   const auto options = std::make_shared<OperatorOptions>();
   options->add_to(*command);
   std::string examples = fmt::format("Examples:\n  arkmesh {} experiments/dhtf/shark.toml", word.name);
@@ -192,21 +159,20 @@ void add_operator_command(CLI::App* command) {
     command
         ->add_option("--at", options->at,
                      "Another lab, which accepts commands from this lab's operator; FILE is this lab's")
-        ->type_name("LAB");
+        ->type_name("LAB")
+        ->needs("file");
     command
         ->add_flag("--world", options->world, "All labs of shared.labs that accept commands from this lab's operator")
-        ->excludes("--at");
+        ->excludes("--at")
+        ->needs("file");
     examples += fmt::format(
-        "\n  arkmesh {} --at shark experiments/dhtf/roark.toml   # at roark, if shark accepts its commands "
+        "\n  arkmesh {0} --at shark experiments/dhtf/roark.toml   # at roark, if shark accepts its commands "
         "(docs/security.md)"
-        "\n  arkmesh {} --world experiments/dhtf/roark.toml      # both",
-        word.name, word.name);
+        "\n  arkmesh {0} --world experiments/dhtf/roark.toml      # both",
+        word.name);
   }
   command->footer(examples);
-  command->callback([&word, options] {
-    if (options->world) return tell_world(word, *options);
-    options->at.empty() ? tell_own(word, *options) : tell_other(word, *options);
-  });
+  command->callback([&word, options] { options->world ? tell_world(word, *options) : tell_one(word, *options); });
 }
 
 }  // namespace arkmesh::cli

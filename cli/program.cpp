@@ -195,20 +195,22 @@ int main(int argc, char** argv, std::span<const OwnCommand> own) {
   pointers.push_back(nullptr);
   arguments = pointers.data();
   own_commands = own;
-  try {
+  return exit_code_of([argc] {
     const int code = run(argc, arguments);
     const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
     // who reads a pipe no further has had enough
     pollfd reader{STDOUT_FILENO, POLLOUT, 0};
     if (is_written || (::poll(&reader, 1, 0) == 1 && (reader.revents & POLLERR) != 0)) return code;
     throw std::runtime_error("the output cannot be written; is the disk full?");
-  } catch (const hal::ConfigError& e) {
-    return tell(e.what(), hal::Exit::refused);
-  } catch (const hal::ExitError& e) {
-    return tell(e.what(), e.code());
-  } catch (const std::exception& e) {
-    return tell(e.what(), hal::Exit::failed);
-  }
+  });
+}
+
+int exit_code_of(const std::function<int()>& work) try { return work(); } catch (const hal::ConfigError& e) {
+  return tell(e.what(), hal::Exit::refused);
+} catch (const hal::ExitError& e) {
+  return tell(e.what(), e.code());
+} catch (const std::exception& e) {
+  return tell(e.what(), hal::Exit::failed);
 }
 
 int exit_code(hal::Outcome outcome) {

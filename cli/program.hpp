@@ -1,6 +1,7 @@
 // What all programs of arkmesh are made of: the commands of their own, and handing over those of others.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -25,6 +26,9 @@ struct OwnCommand {
 // Runs what the command line asks for, in this process or by becoming the program that has it: process id, signals and
 // exit code stay the caller's own. Returns the exit code; every failure is one sentence.
 int main(int argc, char** argv, std::span<const OwnCommand> own);
+
+// What `work` returns; when it throws, that of the failure, which is said in one sentence.
+int exit_code_of(const std::function<int()>& work);
 
 // Of a command that ran labs, or did something else, with this outcome.
 int exit_code(hal::Outcome outcome);

@@ -72,7 +72,7 @@ Runner::Step Runner::step(Now now) {
         book_.say(RobotBook::Who::operators, *command, arena_.clock().now(),
                   peer.empty() ? "operator" : "operator of " + peer);
     if (operators_.end_asked()) stop("stopped by the operator");
-    if (operators_.take_asked()) status_due_ = std::min(status_due_, status_said_ + answer_status);
+    if (operators_.is_asked()) status_due_ = std::min(status_due_, status_said_ + answer_status);
     if (!strict() && (phase_ == Phase::running || (phase_ == Phase::at_boundary && boundary_ > 0)))
       look_for_lost_peers();
     return go_on();

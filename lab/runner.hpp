@@ -59,8 +59,8 @@ class Runner {
   }
   // What the lab's own operator says in this process, at its page. As OperatorDesk::obey.
   std::string perform(std::uint8_t command) { return operators_.perform(command, now_); }
-  // Who knows the signatures of other labs' operators, and outlives the runner.
-  void ask(PeerSignatures* signatures) { operators_.ask(signatures); }
+  // Of other labs' operators.
+  void ask(HasSigned has_signed) { operators_.ask(std::move(has_signed)); }
   bool armed() const { return operators_.armed(); }
   Now now() const { return now_; }  // of the current step
   // Ends the run early and says why to others first: as the operator wishes, or as failed. A run that has finished

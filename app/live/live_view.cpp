@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <numbers>
 #include <optional>
 #include <sstream>
@@ -16,12 +17,10 @@
 #include "app/live/frame_part.hpp"
 #include "app/live/status_news.hpp"
 #include "app/live/view_identity.hpp"
-#include "arkmesh/fleet_command_t.hpp"
-#include "arkmesh/operator_command_t.hpp"
 #include "hal/arenas/fault_port.hpp"
 #include "hal/arenas/messages.hpp"
+#include "hal/files/own_files.hpp"
 #include "hal/label.hpp"
-#include "lab/operator/operator_message.hpp"
 #include "lab/status.hpp"
 
 namespace arkmesh::app {
@@ -32,14 +31,6 @@ using namespace std::chrono_literals;
 
 constexpr auto last_words_within = 300ms, others_answer_within = 4000ms;
 constexpr std::size_t max_fault_bytes = 300, max_said_bytes = 400, max_told = 16;
-
-struct CommandName {
-  std::string_view name;
-  std::uint8_t command;
-};
-constexpr CommandName command_names[] = {{"stop", operator_command_t::stop}, {"pause", fleet_command_t::pause},
-                                         {"resume", fleet_command_t::run},   {"reset", fleet_command_t::reset},
-                                         {"arm", operator_command_t::arm},   {"disarm", operator_command_t::disarm}};
 
 std::vector<std::string> certified(const view::ViewConfig& config) {
   std::vector<std::string> hosts = config.hosts;
@@ -59,8 +50,8 @@ std::string_view word_of(const json& what) {
   if (what.contains("fault")) return "fault";
   if (what.contains("move")) return "move";
   if (const auto name = "/command/name"_json_pointer; what.contains(name))
-    for (const auto& row : command_names)
-      if (what[name] == row.name) return row.name;
+    for (const lab::OperatorWord& word : lab::operator_words)
+      if (what[name] == word.name) return word.name;
   return {};
 }
 
@@ -132,7 +123,7 @@ class LiveView::Eye final : public hal::PictureWatcher {
   void audit_refused(std::string_view command, std::string_view why) {
     if (!lab_.has_run()) return;
     if (!audit_) audit_.emplace(lab_.command_audit());
-    audit_->refused({}, command, why);
+    audit_->note({}, command, why);
   }
   void tell(std::string_view text) { server_.tell(number_, now_us(), text); }
   json series() const { return history_.series(lab_.name()); }
@@ -208,7 +199,7 @@ LiveView::LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::S
     const std::string lab(channel.substr(0, channel.find('/'))), &own = labs_.front()->name();
     lab_status_t status;
     if (!is_elsewhere(lab) || !hal::read_message(bytes, status).empty()) return;
-    const bool obeys = lab::obeys(status, own);
+    const bool obeys = std::ranges::count(status.obeys, own) > 0;
     if (std::exchange(obeys_.try_emplace(lab, true).first->second, obeys) == obeys) return;
     eyes_.front()->tell(obeys ? fmt::format("{} now accepts commands from {}'s operator", lab, own)
                               : "STOP of all labs does not reach every lab: " + lab::not_obeyed(lab, own));
@@ -271,9 +262,11 @@ void LiveView::tell_others(std::string_view word) {
   for (const std::string& lab : own.config().labs) {
     if (!is_elsewhere(lab) || told_.size() >= max_told) continue;
     try {
-      told_.emplace_back(lab::to_tell(lab, word, own.file(),
-                                      {"bus.url=" + json(own.bus_config().url).dump(),
-                                       "gateway.keys=" + json(own.gateway().keys.string()).dump()}));
+      told_.emplace_back(
+          hal::ChildStart{.command = {hal::this_program().string(), std::string(word), "--at", lab, own.file(), "--set",
+                                      "bus.url=" + json(own.bus_config().url).dump(), "--set",
+                                      "gateway.keys=" + json(own.gateway().keys.string()).dump()},
+                          .last_signal = SIGTERM});
     } catch (const std::runtime_error& error) {
       eyes_.front()->tell(fmt::format("not sent to {}: {}", lab, error.what()));
     }
@@ -302,9 +295,9 @@ void LiveView::command(const json& what, view::Answer& answer) try {
   if (!what.contains("command")) return to_emulator(what, answer);
   const json& command = wish_in(what, "command");
   const auto name = command.find("name");
-  for (const auto& row : command_names) {
-    if (name == command.end() || !name->is_string() || name->get_ref<const std::string&>() != row.name) continue;
-    if (const std::string why = perform(command, row.command); !why.empty()) return answer.refuse(why);
+  for (const lab::OperatorWord& word : lab::operator_words) {
+    if (name == command.end() || !name->is_string() || name->get_ref<const std::string&>() != word.name) continue;
+    if (const std::string why = perform(command, word); !why.empty()) return answer.refuse(why);
     answer.done();
     return;
   }
@@ -338,16 +331,14 @@ std::size_t LiveView::lab_of(const json& what) const {
 }
 
 // Without a lab it is for all. Returns why it was refused.
-std::string LiveView::perform(const json& what, std::uint8_t command) {
+std::string LiveView::perform(const json& what, const lab::OperatorWord& word) {
   std::string refused;
-  if (!what.contains("lab") &&
-      (command == operator_command_t::stop || command == fleet_command_t::pause || command == fleet_command_t::run))
-    tell_others(what["name"].get<std::string>());
+  if (!what.contains("lab") && word.at_others) tell_others(word.name);
   for (std::size_t i = 0; i < labs_.size(); ++i) {
     if (what.contains("lab") && lab_of(what) != i) continue;
-    const std::string why = labs_[i]->has_run() ? labs_[i]->runner().perform(command) : "the lab has not started yet";
-    eyes_[i]->tell(
-        fmt::format("on the page: {}{}", what["name"].get<std::string>(), why.empty() ? "" : ", refused: " + why));
+    const std::string why =
+        labs_[i]->has_run() ? labs_[i]->runner().perform(word.command) : "the lab has not started yet";
+    eyes_[i]->tell(fmt::format("on the page: {}{}", word.name, why.empty() ? "" : ", refused: " + why));
     if (!why.empty()) refused += (refused.empty() ? "" : "; ") + labs_[i]->name() + ": " + why;
   }
   return refused;

@@ -3,7 +3,6 @@
 // goes to those of other processes, too, as far as these let this one's operator.
 #pragma once
 
-#include <cstdint>
 #include <list>
 #include <map>
 #include <memory>
@@ -17,6 +16,7 @@
 #include "hal/child_process.hpp"
 #include "hal/event_loop.hpp"
 #include "hal/time/loop_time.hpp"
+#include "lab/operator/operator_message.hpp"
 #include "view/server.hpp"
 
 namespace arkmesh::app {
@@ -51,7 +51,7 @@ class LiveView final : public view::Desk, public hal::Counting {
   LiveView(hal::EventLoop& loop, const view::ViewConfig& config, view::ServerOptions options,
            const std::vector<ConfiguredLab*>& labs, std::string run);
   void refuse(const nlohmann::json& what, std::string_view reason, std::string_view why, view::Answer& answer);
-  std::string perform(const nlohmann::json& what, std::uint8_t command);
+  std::string perform(const nlohmann::json& what, const lab::OperatorWord& word);
   void to_emulator(const nlohmann::json& what, view::Answer& answer);
   std::size_t lab_of(const nlohmann::json& what) const;
   bool is_elsewhere(const std::string& lab) const;

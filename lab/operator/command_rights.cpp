@@ -4,9 +4,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <span>
-#include <utility>
-#include <vector>
 
 #include "hal/arenas/messages.hpp"
 #include "hal/label.hpp"
@@ -25,9 +22,8 @@ bool is_for_lab(int command) {
   return command >= operator_command_t::disarm && command <= operator_command_t::stop;
 }
 
-std::optional<Refusal> unknown(int command, fleet_command_t message) {
-  message.command = static_cast<std::uint8_t>(command);
-  if (is_for_lab(command) || hal::from_message(message)) return {};
+std::optional<Refusal> unknown(const fleet_command_t& given) {
+  if (is_for_lab(given.command) || hal::from_message(given)) return {};
   return Refusal{"unknown", "this version does not know the command"};
 }
 
@@ -48,25 +44,23 @@ std::optional<Refusal> CommandRights::refusal(const std::string& peer, const ope
   if (auto refusal = unfit(giver, message, now)) return refusal;
   if (!peer.empty())
     if (auto refusal = unsigned_by(peer, message, now)) return refusal;
-  if (auto refusal = admit(peer, message.command, now)) return refusal;
+  if (auto refusal = admit(peer, giver, message.command, now)) return refusal;
   std::erase_if(giver.used, [now](const auto& one) { return one.second < now - too_old_after; });
   giver.used[message.number] = Now(message.clock_us);
   return {};
 }
 
-std::optional<Refusal> CommandRights::refusal_here(int command, Now now) {
-  if (auto refusal = unknown(command, {})) return refusal;
-  fleet_command_t here{};
-  here.command = static_cast<std::uint8_t>(command);
-  return admit("", here, now);
+std::optional<Refusal> CommandRights::refusal_here(const operator_command_t& message, Now now) {
+  if (auto refusal = unknown(message.command)) return refusal;
+  return admit("", givers_.find("")->second, message.command, now);
 }
 
 // What all others have let pass.
-std::optional<Refusal> CommandRights::admit(const std::string& peer, const fleet_command_t& given, Now now) {
+std::optional<Refusal> CommandRights::admit(const std::string& peer, Giver& giver, const fleet_command_t& given,
+                                            Now now) {
   const int command = given.command;
   if (command == operator_command_t::arm && givers_.size() == 1)
     return Refusal{"no_peers", "no other operator is allowed: safety.commands_from names no lab"};
-  Giver& giver = givers_.find(peer)->second;
   if (command == fleet_command_t::run) giver.last_run = now;
   ++giver.admitted;
   // Who makes robots stand still here may be about to reach among them; who makes all labs' robots stand goes on here.
@@ -85,10 +79,10 @@ std::optional<Refusal> CommandRights::forbidden(const std::string& peer, const o
   if (giver == givers_.end())
     return Refusal{"no_permission",
                    fmt::format("safety.commands_from does not name {}", hal::printable(peer, hal::max_lab_name))};
-  const int command = message.command.command;
-  if (command != operator_command_t::stop && command != fleet_command_t::pause && command != fleet_command_t::run)
+  const auto word = std::ranges::find(operator_words, message.command.command, &OperatorWord::command);
+  if (word == std::end(operator_words) || !word->at_others)
     return Refusal{"not_for_peers", "other labs may only pause and resume robots, and end the run"};
-  if (command != fleet_command_t::run) return {};  // who makes robots stand need not wait for anybody
+  if (word->makes_stand) return {};  // who makes robots stand need not wait for anybody
   if (!armed_)
     return Refusal{"not_armed",
                    fmt::format("{} is not armed, so other labs' operators may not resume its robots", lab_)};
@@ -103,19 +97,14 @@ std::optional<Refusal> CommandRights::unfit(const Giver& giver, const operator_c
   if (Now(message.clock_us) > now || Now(message.clock_us) < now - too_old_after)
     return Refusal{"too_old", "it is more than 30 s old"};
   if (giver.used.contains(message.number)) return Refusal{"replayed", "it was received before"};
-  return unknown(message.command.command, message.command);
+  return unknown(message.command);
 }
 
 // Without a key that fits, the file is read again: it is made at first need, and may be made anew.
 std::optional<Refusal> CommandRights::unproved(const operator_command_t& message, Now now) {
-  const std::vector<std::uint8_t> bytes = proved_bytes(message);
-  const std::span<const std::uint8_t> all(message.proof), proof = all.first(OperatorKey::proof_bytes),
-                                                          rest = all.subspan(OperatorKey::proof_bytes);
-  const auto good = [&] {
-    return key_.proves(bytes, proof) && std::all_of(rest.begin(), rest.end(), [](auto byte) { return byte == 0; });
-  };
+  const auto good = [&] { return key_.proves(proved_bytes(message), message.proof); };
   if (good()) return {};
-  if (!read_ || now - *read_ >= read_again_after) {
+  if (now - read_ >= read_again_after) {
     read_ = now;
     no_key_.clear();
     try {
@@ -123,7 +112,7 @@ std::optional<Refusal> CommandRights::unproved(const operator_command_t& message
     } catch (const std::exception& error) {
       no_key_ = error.what();
     }
-    if (no_key_.empty() && good()) return {};
+    if (good()) return {};
   }
   if (!no_key_.empty()) return Refusal{"no_key", no_key_};
   return Refusal{"bad_proof", fmt::format("it is not authenticated with this user's key, {}", key_.file().string())};
@@ -132,7 +121,7 @@ std::optional<Refusal> CommandRights::unproved(const operator_command_t& message
 std::optional<Refusal> CommandRights::unsigned_by(const std::string& peer, const operator_command_t& message, Now now) {
   if (now - looks_begun_ >= 1s) looks_begun_ = now, looks_ = 0;
   if (++looks_ > looks_per_s) return Refusal{"too_often", "too many signatures to check"};
-  if (signatures_ && signatures_->has_signed(peer, proved_bytes(message), message.proof)) return {};
+  if (has_signed_ && has_signed_(peer, proved_bytes(message), message.proof)) return {};
   return Refusal{"bad_proof",
                  fmt::format("it is not signed by {}, or {} is not trusted (arkmesh keys list)", peer, peer)};
 }

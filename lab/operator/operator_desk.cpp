@@ -35,7 +35,6 @@ void OperatorDesk::hear(std::string_view channel, std::span<const std::byte> byt
   operator_command_t message;
   if (!hal::decode(bytes, message)) return refuse(peer, -1, {"undecodable", "it is not an operator_command_t"});
   const int command = message.command.command;
-  asked_ = true;
   if (command == operator_command_t::ask) return void(challenge_asked_ = true);
   if (message.lab != lab_) return counters_.add("operator.for_other_lab");
   const auto refusal = closed_ ? ended : rights_.refusal(peer, message, now);
@@ -63,15 +62,15 @@ std::vector<operator_answer_t> OperatorDesk::take_answers(Now now) {
 }
 
 std::string OperatorDesk::perform(std::uint8_t command, Now now) {
-  if (const auto refusal = closed_ ? ended : rights_.refusal_here(command, now)) {
-    refuse({}, command, *refusal);
-    return refusal->sentence;
-  }
   operator_command_t message{};
   message.lab = lab_;
   message.run_id = static_cast<std::int64_t>(run_id_);
   message.clock_us = now.count();
   message.command.command = command;
+  if (const auto refusal = closed_ ? ended : rights_.refusal_here(message, now)) {
+    refuse({}, command, *refusal);
+    return refusal->sentence;
+  }
   // Nobody but this process vouches for it: no number, and a proof of zeros.
   const std::vector<std::uint8_t> bytes = proved_bytes(message);
   admit({}, operator_channel, message, std::as_bytes(std::span(bytes)));
@@ -81,7 +80,7 @@ std::string OperatorDesk::perform(std::uint8_t command, Now now) {
 void OperatorDesk::admit(const std::string& peer, std::string_view channel, const operator_command_t& message,
                          std::span<const std::byte> bytes) {
   const int command = message.command.command;
-  audit_.admitted(peer, CommandAudit::word_of(command));
+  audit_.note(peer, word_of(command), CommandAudit::admitted);
   recorder_.record(clock_.now(), channel, bytes);
   if (command == operator_command_t::stop)
     end_asked_ = true;
@@ -90,7 +89,7 @@ void OperatorDesk::admit(const std::string& peer, std::string_view channel, cons
 }
 
 void OperatorDesk::refuse(const std::string& peer, int command, const Refusal& refusal) {
-  audit_.refused(peer, CommandAudit::word_of(command), refusal.why);
+  audit_.note(peer, command < 0 ? "" : word_of(command), refusal.why);
   const std::string counter = fmt::format("operator.refused.{}", refusal.why);
   counters_.add(counter);
   if (said_.emplace(refusal.why).second)

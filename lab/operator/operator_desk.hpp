@@ -31,7 +31,7 @@ class OperatorDesk {
   OperatorDesk(const RunConfig& config, std::uint64_t run_id, hal::Recorder& recorder, const hal::Clock& clock);
 
   // As CommandRights.
-  void ask(PeerSignatures* signatures) { rights_.ask(signatures); }
+  void ask(HasSigned has_signed) { rights_.ask(std::move(has_signed)); }
   bool armed() const { return rights_.armed(); }
   // A message of the public bus, which anybody on this machine may have sent: on operator_channel of the own operator,
   // behind "<lab>/" of another lab's.
@@ -49,8 +49,8 @@ class OperatorDesk {
   // To the last commands since it was called before, the oldest first, and a challenge to who asked for one. A flood of
   // commands that are refused drives out no other answer.
   std::vector<operator_answer_t> take_answers(Now now);
-  // Somebody waits for a status since the last call: who asked for one, or gave a command.
-  bool take_asked() { return std::exchange(asked_, false); }
+  // Somebody waits for an answer.
+  bool is_asked() const { return challenge_asked_ || !answers_.empty(); }
   // The run is to end.
   bool end_asked() const { return end_asked_; }
   // From now on everything is refused.
@@ -71,7 +71,7 @@ class OperatorDesk {
   CommandAudit audit_;
   std::vector<ForRobots> for_robots_;
   std::vector<operator_answer_t> answers_;
-  bool end_asked_ = false, closed_ = false, asked_ = false, challenge_asked_ = false;
+  bool end_asked_ = false, closed_ = false, challenge_asked_ = false;
   std::set<std::string, std::less<>> said_;  // reasons of refusals
   hal::Counters counters_;
 };

@@ -1,35 +1,23 @@
 #include "lab/operator/operator_key.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <openssl/crypto.h>
 #include <openssl/evp.h>
 #include <openssl/hmac.h>
 #include <openssl/rand.h>
 
-#include <array>
-#include <charconv>
 #include <stdexcept>
 #include <string>
 
+#include "arkmesh/operator_command_t.hpp"
 #include "hal/config/config.hpp"
 #include "hal/config/guarded_file.hpp"
 
 namespace arkmesh::lab {
 namespace {
 
-constexpr std::size_t key_bytes = 32;
-
-// Empty when the text is not 64 hexadecimal digits.
-std::vector<std::uint8_t> key_in(std::string_view text) {
-  while (!text.empty() && text.back() == '\n') text.remove_suffix(1);
-  std::vector<std::uint8_t> key(key_bytes);
-  if (text.size() != 2 * key_bytes) return {};
-  for (std::size_t i = 0; i < key_bytes; ++i) {
-    const char* const digits = text.data() + 2 * i;
-    if (const auto [end, error] = std::from_chars(digits, digits + 2, key[i], 16); end != digits + 2) return {};
-  }
-  return key;
-}
+constexpr std::size_t key_bytes = 32, proof_bytes = sizeof(operator_command_t::proof);
 
 }  // namespace
 
@@ -42,22 +30,22 @@ bool OperatorKey::make() const {
   if (file_.empty()) throw hal::ConfigError("no folder for the operator key: the variable HOME is not set");
   std::error_code error;
   if (std::filesystem::exists(file_, error)) return false;
-  std::array<std::uint8_t, key_bytes> key{};
+  std::vector<std::uint8_t> key(key_bytes);
   if (RAND_bytes(key.data(), static_cast<int>(key.size())) != 1)
     throw std::runtime_error("OpenSSL returns no random bytes; is its package libssl3 intact?");
-  std::string text;
-  for (const std::uint8_t byte : key) text += fmt::format("{:02x}", byte);
-  hal::write_guarded(file_, text + '\n', hal::secret_mode);
+  hal::write_guarded(file_, fmt::format("{:02x}\n", fmt::join(key, "")), hal::secret_mode);
   return true;
 }
 
 void OperatorKey::read() {
-  const auto text = file_.empty() ? std::nullopt : hal::read_guarded(file_, true);
+  auto text = file_.empty() ? std::nullopt : hal::read_guarded(file_, true);
   if (!text)
     throw hal::ConfigError(fmt::format("there is no operator key{}; arkmesh pause and similar commands create it",
                                        file_.empty() ? "" : " " + file_.string()));
-  std::vector<std::uint8_t> key = key_in(*text);
-  if (key.empty())
+  while (text->ends_with('\n')) text->pop_back();
+  std::vector<std::uint8_t> key(key_bytes);
+  std::size_t size = 0;
+  if (OPENSSL_hexstr2buf_ex(key.data(), key.size(), &size, text->c_str(), '\0') != 1 || size != key_bytes)
     throw hal::ConfigError(
         fmt::format("{} is not an operator key; remove it, and the next command creates another", file_.string()));
   key_ = std::move(key);
@@ -65,11 +53,8 @@ void OperatorKey::read() {
 
 std::optional<std::vector<std::uint8_t>> OperatorKey::prove(std::span<const std::uint8_t> bytes) const {
   std::vector<std::uint8_t> proof(proof_bytes);
-  unsigned int size = 0;
-  if (key_.empty() ||
-      !HMAC(EVP_sha256(), key_.data(), static_cast<int>(key_.size()), bytes.data(), bytes.size(), proof.data(),
-            &size) ||
-      size != proof_bytes)
+  if (key_.empty() || !HMAC(EVP_sha256(), key_.data(), static_cast<int>(key_.size()), bytes.data(), bytes.size(),
+                            proof.data(), nullptr))
     return {};
   return proof;
 }

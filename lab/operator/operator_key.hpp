@@ -23,8 +23,7 @@ class OperatorKey {
   // Throws hal::ConfigError, in one sentence, when there is no key, when others can read it, or when it is damaged;
   // std::runtime_error when the machine cannot read it at the moment.
   void read();
-  // HMAC-SHA256, by the key that was read last; nothing before.
-  static constexpr std::size_t proof_bytes = 32;
+  // As long as that of an operator_command_t, by the key that was read last; nothing before.
   std::optional<std::vector<std::uint8_t>> prove(std::span<const std::uint8_t> bytes) const;
   // In a time that does not depend on where the proof is wrong.
   bool proves(std::span<const std::uint8_t> bytes, std::span<const std::uint8_t> proof) const;

@@ -14,14 +14,15 @@ std::vector<std::uint8_t> proved_bytes(operator_command_t message) {
   return bytes;
 }
 
+std::string word_of(int command) {
+  const auto word = std::ranges::find(operator_words, command, &OperatorWord::command);
+  return word == std::end(operator_words) ? std::to_string(command) : std::string(word->name);
+}
+
 operator_command_t question() {
   operator_command_t ask{};
   ask.command.command = operator_command_t::ask;
   return ask;
-}
-
-bool obeys(const lab_status_t& status, std::string_view lab) {
-  return std::ranges::find(status.obeys, lab) != status.obeys.end();
 }
 
 std::string not_obeyed(std::string_view by, std::string_view lab) {

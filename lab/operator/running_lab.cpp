@@ -24,21 +24,21 @@ RunningLab::RunningLab(const hal::BusConfig& bus, const std::string& name, const
       statuses_(bus_.subscribe((own.empty() ? "" : name + '/') + hal::channel::status,
                                [this, name](std::string_view, auto bytes) {
                                  lab_status_t status;
-                                 if (!hal::decode(bytes, status)) return;
-                                 if (!name.empty() && status.lab != name) return;
-                                 if (statuses_heard_ > 0 &&
-                                     (status.lab != status_.lab || status.nonce != status_.nonce))
+                                 if (!hal::decode(bytes, status) || (!name.empty() && status.lab != name)) return;
+                                 if (has_spoken() && (status.lab != status_.lab || status.nonce != status_.nonce))
                                    return;
                                  status_ = status;
                                  status_.lab = hal::printable(status.lab, hal::max_lab_name);
                                  status_.state = hal::printable(status.state, 200);
-                                 ++statuses_heard_;
+                                 not_seen_.clear();
+                                 for (const not_standing_t& robot : status.not_standing)
+                                   not_seen_.push_back(hal::from_message(robot));
                                  heard_at_ = std::chrono::steady_clock::now();
                                })),
       answers_(bus_.subscribe((own.empty() ? "" : name + '/') + answer_channel, [this](std::string_view, auto bytes) {
         operator_answer_t answer;
         if (hal::decode(bytes, answer) && answer.number == number_ && !answer_ &&
-            (statuses_heard_ == 0 || answer.run_id == status_.nonce))
+            (!has_spoken() || answer.run_id == status_.nonce))
           answer_ = answer;
       })) {
   ask();
@@ -52,17 +52,11 @@ void RunningLab::ask() {
 
 bool RunningLab::comes_to(std::chrono::milliseconds within, const std::function<bool()>& condition) {
   const auto until = std::chrono::steady_clock::now() + within;
-  while (statuses_heard_ == 0 || !condition()) {
+  while (!has_spoken() || !condition()) {
     if (std::chrono::steady_clock::now() >= until) return false;
     bus_.drain(20ms);
   }
   return true;
-}
-
-std::vector<hal::NotStanding> RunningLab::not_seen() const {
-  std::vector<hal::NotStanding> robots;
-  for (const not_standing_t& robot : status_.not_standing) robots.push_back(hal::from_message(robot));
-  return robots;
 }
 
 std::string RunningLab::tell(std::uint8_t command, const std::function<void(operator_command_t&)>& prove) {
@@ -84,14 +78,15 @@ std::string RunningLab::tell(std::uint8_t command, const std::function<void(oper
     if (!comes_to(3400ms, answered)) continue;
     if (!answer_ || answer_->refusal.empty()) return {};
     const std::string refusal = answer_->refusal;
-    why = fmt::format("{} refused the command: {}; its log gives the reason, docs/security.md the remedy", name(),
+    why = fmt::format("{} refused the command: {}; its log gives the reason, docs/security.md the remedy", status_.lab,
                       hal::printable(refusal, 60));
     if (refusal != "too_often" && refusal != "too_old") break;
     comes_to(1s, [] { return false; });  // it may do it then
   }
   if (!why.empty()) return why;
-  if (other_) return not_reached(name()) + " (docs/security.md)";
-  return fmt::format("{} has not answered within 10 s; to pause its robots by hand: arkmesh ohc PORT pause", name());
+  if (other_) return not_reached(status_.lab) + " (docs/security.md)";
+  return fmt::format("{} has not answered within 10 s; to pause its robots by hand: arkmesh ohc PORT pause",
+                     status_.lab);
 }
 
 }  // namespace arkmesh::lab

@@ -31,9 +31,8 @@ class RunningLab {
   bool speaks() {
     return comes_to(std::chrono::milliseconds(2500), [] { return true; });
   }
-  const std::string& name() const { return status_.lab; }
-  const std::string& state() const { return status_.state; }
-  std::int32_t period() const { return status_.period; }
+  // What it said last.
+  const lab_status_t& status() const { return status_; }
   // Its outcome is known; it may still tell its robots to stand, or wait for its peers.
   bool is_over() const { return status_.outcome != lab_status_t::open; }
   // It has said its last word; or none for some seconds, when it was over already.
@@ -41,9 +40,9 @@ class RunningLab {
   // Robots should do something else than run.
   bool should_stand() const { return status_.wanted != lab_status_t::run; }
   // Of robots that should stand those that were not seen to, in words; empty: none.
-  std::string not_standing() const { return hal::in_words(not_seen()); }
+  std::string not_standing() const { return hal::in_words(not_seen_); }
   // Robots should stand, and were seen to, but for those that the lab's safety.missing lets go.
-  bool stands() const { return should_stand() && stand(not_seen(), static_cast<std::size_t>(status_.may_be_missing)); }
+  bool stands() const { return should_stand() && stand(not_seen_, static_cast<std::size_t>(status_.may_be_missing)); }
 
   // Gives it a command until it answers, three times at most. `prove` fills in the proof. Returns what became of it:
   // nothing when it was admitted, else why not, in one sentence.
@@ -54,15 +53,15 @@ class RunningLab {
   bool is_silent() const { return std::chrono::steady_clock::now() - heard_at_ > std::chrono::seconds(3); }
 
  private:
-  std::vector<hal::NotStanding> not_seen() const;
+  bool has_spoken() const { return heard_at_ != std::chrono::steady_clock::time_point{}; }
   void ask();
 
   hal::Bus bus_;
   const bool other_;  // a peer's, behind gateways
   lab_status_t status_;
-  int statuses_heard_ = 0;
-  std::chrono::steady_clock::time_point heard_at_{};
-  std::int64_t number_ = 0;  // of what it should answer; 0: of a challenge
+  std::vector<hal::NotStanding> not_seen_;            // to stand, as it says
+  std::chrono::steady_clock::time_point heard_at_{};  // the epoch: nothing yet
+  std::int64_t number_ = 0;                           // of what it should answer; 0: of a challenge
   std::optional<operator_answer_t> answer_;
   std::unique_ptr<hal::Bus::Subscription> statuses_, answers_;
 };

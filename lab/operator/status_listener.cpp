@@ -21,9 +21,8 @@ constexpr auto speaks_within = 2500ms;  // labs and gateways speak once a second
 constexpr std::size_t longest_text = 200;
 
 std::int64_t value_of(const std::vector<counter_t>& counters, std::string_view name) {
-  for (const counter_t& counter : counters)
-    if (counter.name == name) return counter.value;
-  return 0;
+  const auto found = std::ranges::find(counters, name, &counter_t::name);
+  return found == counters.end() ? 0 : found->value;
 }
 
 nlohmann::json to_json(const std::vector<counter_t>& counters) {
@@ -47,18 +46,13 @@ StatusListener::StatusListener(const hal::BusConfig& config)
                               peers_t peers;
                               if (hal::decode(bytes, peers)) gateway_.hear(std::move(peers));
                             })),
-      peers_(bus_.subscribe(fmt::format("[^/]+/{}", hal::channel::status),
-                            [this](std::string_view channel, auto bytes) { hear_peer(channel, bytes); })) {}
-
-// Of peers that the gateway has alone: whoever else claims to be a lab is not kept.
-void StatusListener::hear_peer(std::string_view channel, std::span<const std::byte> bytes) {
-  const std::string_view from = channel.substr(0, channel.find('/'));
-  lab_status_t status;
-  if (!gateway_.newest || std::ranges::find(gateway_.newest->peers, from, &peer_t::lab) == gateway_.newest->peers.end())
-    return;
-  if (hal::decode(bytes, status) && status.lab == from)
-    settings_[status.lab] = hal::printable(status.settings, longest_text);
-}
+      peers_(bus_.subscribe("[^/]+/status", [this](std::string_view channel, auto bytes) {
+        lab_status_t status;
+        if (!gateway_.newest || !hal::decode(bytes, status) || channel != status.lab + "/status") return;
+        // Whoever else claims to be a lab is not kept.
+        if (std::ranges::count(gateway_.newest->peers, status.lab, &peer_t::lab) > 0)
+          settings_[status.lab] = hal::printable(status.settings, longest_text);
+      })) {}
 
 void StatusListener::listen(std::chrono::milliseconds time, hal::StopRequest& stop) {
   for (const auto until = Clock::now() + time; !stop.stopped() && Clock::now() < until;) bus_.drain(20ms);

@@ -2,12 +2,10 @@
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -49,7 +47,6 @@ class StatusListener {
   nlohmann::json lab_json() const;
   nlohmann::json gateway_json() const;
   nlohmann::json peer_json(const peer_t& peer) const;
-  void hear_peer(std::string_view channel, std::span<const std::byte> bytes);
   nlohmann::json rate(const peer_t& peer, std::string_view counter) const;
 
   std::string url_;

@@ -8,7 +8,6 @@
 #include "hal/arenas/messages.hpp"
 #include "lab/operator/operator_key.hpp"
 #include "lab/operator/operator_message.hpp"
-#include "lab/operator/peer_signatures.hpp"
 
 namespace arkmesh::tests {
 
@@ -32,14 +31,10 @@ inline std::vector<std::byte> encoded(const operator_command_t& message) {
 }
 
 // Peers whose signature is a byte of theirs, 64 times.
-struct ByteSignatures final : lab::PeerSignatures {
-  bool has_signed(const std::string& peer, std::span<const std::uint8_t>,
-                  std::span<const std::uint8_t> signature) override {
-    ++asked;
-    return std::ranges::all_of(signature, [&](std::uint8_t byte) { return byte == peer[0]; });
-  }
-  int asked = 0;
-};
+inline bool has_signed(const std::string& peer, std::span<const std::uint8_t>,
+                       std::span<const std::uint8_t> signature) {
+  return std::ranges::all_of(signature, [&](std::uint8_t byte) { return byte == peer[0]; });
+}
 
 // As lab `peer` gives it.
 inline operator_command_t command_of(const std::string& peer, std::uint8_t command, std::int64_t number) {

@@ -121,8 +121,7 @@ TEST_CASE("each command with a number has an answer, which a flood of forged one
 
 TEST_CASE("what the own operator says in the lab's process needs no proof, and is judged and kept like the rest") {
   DeskBench bench;
-  ByteSignatures signatures;
-  bench.desk.ask(&signatures);
+  bench.desk.ask(has_signed);
   CHECK(bench.desk.perform(pause_robots, bench.now += 1ms).empty());
   CHECK(bench.taken() == std::vector<int>{pause_robots});
   CHECK(bench.desk.perform(operator_command_t::arm, bench.now += 1ms).empty());
@@ -146,14 +145,13 @@ TEST_CASE("what the own operator says in the lab's process needs no proof, and i
 
 TEST_CASE("who asks for a status gets one, without a proof, and nothing else comes of it") {
   DeskBench bench;
-  CHECK_FALSE(bench.desk.take_asked());
-  operator_command_t ask{};
-  ask.command.command = operator_command_t::ask;
-  for (int i = 0; i < 3; ++i) bench.hear(ask);
-  CHECK(bench.desk.take_asked());
-  CHECK_FALSE(bench.desk.take_asked());
+  CHECK_FALSE(bench.desk.is_asked());
+  for (int i = 0; i < 3; ++i) bench.hear(lab::question());
+  CHECK(bench.desk.is_asked());
+  CHECK(bench.desk.take_answers(bench.now).size() == 1);
+  CHECK_FALSE(bench.desk.is_asked());
   bench.hear(command_for_a(bench.key, pause_robots, 1));
-  CHECK(bench.desk.take_asked());
+  CHECK(bench.desk.is_asked());
   CHECK(bench.taken() == std::vector<int>{pause_robots});
   const hal::Counters counters = bench.desk.counters();
   for (const auto& [name, n] : counters.all()) CHECK(name.find("refused") == std::string::npos);
@@ -186,8 +184,7 @@ TEST_CASE("what is refused is not recorded") {
 
 TEST_CASE("another lab's operator makes robots stand with permission, and run while the lab is armed, not too often") {
   DeskBench bench;
-  ByteSignatures signatures;
-  bench.desk.ask(&signatures);
+  bench.desk.ask(has_signed);
   constexpr std::uint8_t arm = operator_command_t::arm, disarm = operator_command_t::disarm;
   std::int64_t number = 0;
   const auto own = [&](std::uint8_t command) { bench.hear(command_for_a(bench.key, command, ++number)); };
@@ -258,12 +255,15 @@ TEST_CASE("another lab's operator makes robots stand with permission, and run wh
 
 TEST_CASE("a flood of forged signatures costs a lab few looks") {
   DeskBench bench;
-  ByteSignatures signatures;
-  bench.desk.ask(&signatures);
+  int asked = 0;
+  bench.desk.ask([&](const std::string& peer, auto bytes, auto signature) {
+    ++asked;
+    return has_signed(peer, bytes, signature);
+  });
   bench.hear(command_for_a(bench.key, operator_command_t::arm, 1));
   for (int i = 0; i < 900; ++i)
     bench.desk.hear("b/operator_command", encoded(command_of("x", pause_robots, 1)), bench.now += 1ms);
-  CHECK(signatures.asked <= 50);
+  CHECK(asked <= 50);
   CHECK(bench.refused("bad_proof") + bench.refused("too_often") == 900);
   CHECK(bench.taken().empty());
 }
