@@ -197,6 +197,7 @@ std::vector<Candidate> BodySearch::about_diameter(const cv::Mat& bgr, double dia
 std::vector<Candidate> BodySearch::united(const cv::Mat& bgr, const std::vector<std::vector<Candidate>>& all) {
   std::vector<Candidate> robots;
   for (const auto& some : all) robots.insert(robots.end(), some.begin(), some.end());
+  if (robots.empty()) return robots;  // of no size, for which each pixel would be a place of its own
   const double apart_px = 1.5 * median_r_px(robots);
   std::sort(robots.begin(), robots.end());
   Places places(apart_px, bgr.cols, bgr.rows);
