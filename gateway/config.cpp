@@ -47,20 +47,19 @@ void PeerConfig::fields(const hal::Section& peer) {
   peer.field("lab", lab, {.help = "who", .sample = "\"roark\"", .required = true});
   peer.field(
       "connect", connect,
-      {.help =
-           "[SCHEME://]ADDRESS where we connect to it, for example tls://roark.example.org:7444; HOST:PORT is tcp's, "
-           "on this machine. Empty: it connects to us",
+      {.help = "[SCHEME://]ADDRESS at which this gateway connects to it, for example tls://roark.example.org:7444; "
+               "HOST:PORT means TCP on this machine. Empty: it connects to this gateway",
        .written = hal::without_secrets});
   peer.field("import_rate_hz", limits.rate_hz,
              {.range = {1e-3, 1e6},
               .unit = "Hz",
-              .help = "messages that it may publish here, of all channels together; more are refused",
+              .help = "messages that it may publish here, over all channels; more are refused",
               .sample = "1000",
               .default_is = "10000; arkmesh run: no limit"});
   peer.field("import_bytes_per_s", limits.bytes_per_s,
              {.range = {1, 1e12},
               .unit = "bytes/s",
-              .help = "the same of bytes",
+              .help = "likewise in bytes",
               .sample = "1000000",
               .default_is = "20000000; arkmesh run: no limit"});
 }
@@ -68,7 +67,7 @@ void PeerConfig::fields(const hal::Section& peer) {
 void PeerConfig::check(const hal::Section& peer) const {
   check_address(peer, "connect", connect, why_not_connectable);
   if (!hal::is_lab_name(lab))
-    peer.refuse("lab", fmt::format("is no lab name; use 1 to {} of a-z, 0-9, '_' and '-'", hal::max_lab_name));
+    peer.refuse("lab", fmt::format("is not a lab name; use 1 to {} of a-z, 0-9, '_' and '-'", hal::max_lab_name));
 }
 
 void GatewayConfig::fields(const hal::Section& gateway) {
@@ -80,34 +79,34 @@ void GatewayConfig::fields(const hal::Section& gateway) {
                "entry in gateway.peers",
        .written = hal::without_secrets});
   gateway.field("server_ca", federation.server_ca,
-                {.help = "file with the certificates that NATS servers' own are signed by. Empty: the system's"});
+                {.help = "file of the certificates that sign those of NATS servers. Empty: the system's"});
   gateway.field("credentials", federation.credentials,
                 {.help = "file of this lab's credentials for NATS servers (.creds). Empty: none"});
   gateway.field("encrypt", federation.encrypt,
-                {.help = "only trusted labs can read what goes through NATS servers; it is signed anyway"});
+                {.help = "encrypts messages through NATS servers for the trusted labs; they are always signed"});
   gateway.field(
       "watched", watched,
-      {.help = "channels of which whoever watches a federation (arkmesh view --federation) gets five samples a "
-               "second; [] lets nobody watch"});
+      {.help = "channels that arkmesh view --federation receives, five samples a second; [] permits no watching"});
   gateway.field("keys", keys,
                 {.help = "folder of keys and trusted certificates (arkmesh keys). Empty: ~/.config/arkmesh/keys"});
   gateway.field("exports", latest,
-                {.help = "channels for all peers, of which the newest message counts; rules after gateway.rules"});
-  gateway.field("ordered", ordered, {.help = "channels for all peers, of which every message counts; likewise"});
+                {.help = "channels exported to all peers, newest message only; these rules follow gateway.rules"});
+  gateway.field("ordered", ordered, {.help = "channels exported to all peers with every message in order; likewise"});
   gateway.field("imports", imports,
-                {.help = "channels that are taken from all peers; likewise. What no rule allows is refused"});
+                {.help = "channels imported from all peers; likewise. What no rule allows is refused"});
   gateway.field("max_message_bytes", max_message_bytes,
-                {{1 << 10, 64 << 20}, "bytes", "longer messages are neither sent nor taken"});
+                {{1 << 10, 64 << 20}, "bytes", "longer messages are neither sent nor accepted"});
   gateway.field("outbox_bytes", outbox_bytes, {{1 << 10, 1LL << 32}, "bytes", "what may wait for one peer"});
   gateway.field("window_bytes", flow.bytes,
                 {{4 << 10, 64 << 20},
                  "bytes",
-                 "what may be under way to one peer; the rest waits here, where newer values replace it"});
-  gateway.field("window_s", flow.delay,
-                {{0.01, 10}, "s", "no more is under way than arrives in so much more than the path itself takes"});
+                 "limit of unacknowledged data to one peer; the rest waits here, where newer values replace it"});
+  gateway.field(
+      "window_s", flow.delay,
+      {{0.01, 10}, "s", "unacknowledged data is limited to what arrives within this time beyond the path's own delay"});
   gateway.field("metrics", metrics,
-                {.help = "HOST:PORT on this machine where Prometheus reads what `arkmesh status` shows, at /metrics; "
-                         "127.0.0.1:9464 for example. Empty: nowhere"});
+                {.help = "HOST:PORT on this machine where Prometheus reads what `arkmesh status` shows, at /metrics, "
+                         "for example 127.0.0.1:9464. Empty: nowhere"});
   gateway.field("peers", peers);
   gateway.field("rules", first_rules);
 }
@@ -194,7 +193,7 @@ GatewayConfig read_gateway_config(const hal::Section& gateway, const std::string
   for (std::size_t i = 0; i < all.size(); ++i) {
     const hal::Section section = gateway.section("peers", static_cast<int>(i));
     PeerConfig& peer = all[i];
-    if (peer.lab == lab) section.refuse("lab", "is this lab itself; list its peers only");
+    if (peer.lab == lab) section.refuse("lab", "is this lab itself; list only its peers");
     if (std::ranges::find(seen, peer.lab) != seen.end()) section.refuse("lab", "is listed twice; one entry per peer");
     seen.push_back(peer.lab);
     if (std::ranges::find(labs, peer.lab) == labs.end()) {

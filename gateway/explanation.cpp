@@ -23,9 +23,10 @@ std::string settings_of(const ChannelRule& rule, Direction way) {
   const auto add = [&](std::string_view what, std::string_view value) {
     text += fmt::format("  {:<12}{}\n", what, value);
   };
-  const char* const beyond = way == Direction::imports           ? "more are refused"
-                             : rule.delivery == Delivery::latest ? "between them a newer message replaces an older one"
-                                                                 : "more wait, as far as there is room";
+  const char* const beyond = way == Direction::imports ? "more are refused"
+                             : rule.delivery == Delivery::latest
+                                 ? "between these, a newer message replaces an older one"
+                                 : "more wait while there is room";
   if (!std::isnan(rule.rate_hz)) add("at most", fmt::format("{:g} messages/s; {}", rule.rate_hz, beyond));
   if (!std::isnan(rule.bytes_per_s)) add("at most", fmt::format("{:g} bytes/s; {}", rule.bytes_per_s, beyond));
   if (way == Direction::imports) return text;

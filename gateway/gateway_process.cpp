@@ -155,7 +155,7 @@ class GatewayProcess {
                              file.file().filename().string())) +
              say_what_waits_for_a_start(fixed_keys(file));
     } catch (const std::exception& error) {
-      say(fmt::format("the rules stay as they were: {}", error.what()));
+      say(fmt::format("the rules are unchanged: {}", error.what()));
       return fmt::format("!{}", error.what());
     }
   }
@@ -254,7 +254,7 @@ class GatewayProcess {
     }
 
     for (const std::string& lab : config_.gateway.ignored)
-      say(fmt::format("lab {} takes no part: it is not in shared.labs", lab));
+      say(fmt::format("lab {} does not take part: shared.labs does not list it", lab));
     if (!config_.gateway.listen.empty())
       say(fmt::format("listening on {}{}", is_tls(config_.gateway.listen) ? tls_scheme : "",
                       to_text(node_->listening())));

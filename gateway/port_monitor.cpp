@@ -50,7 +50,7 @@ hal::Counters PortMonitor::counters() const {
 void PortMonitor::note_lab(std::string_view other, bool was_here_before) {
   counters_.add(fmt::format("bus.other_lab.{}", other));
   if (was_here_before)
-    earlier_ = fmt::format("bus {}: lab {} uses this LCM port, too; give each lab a port of its own in bus.url",
+    earlier_ = fmt::format("bus {}: lab {} uses this LCM port as well; give each lab its own port in bus.url",
                            bus_.url(), other);
 }
 

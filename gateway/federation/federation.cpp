@@ -42,7 +42,7 @@ Federation::Federation(asio::io_context& io, FederationSettings settings)
       root_(subject_root(settings_.experiment)),
       keys_(settings_.lab, settings_.experiment, settings_.boot_id, settings_.keys),
       timer_(io) {
-  assert(settings_.keys && "who is in a federation has keys");
+  assert(settings_.keys && "members of a federation have keys");
   NatsSettings nats;
   nats.servers = settings_.servers;
   nats.name = fmt::format("arkmesh gateway of {}", settings_.lab);

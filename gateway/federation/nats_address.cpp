@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view default_port = ":4222";
 constexpr std::string_view wrong_form =
-    "must be one or more of [USER:PASSWORD@]HOST[:PORT] with commas between, for example "
+    "must be [USER:PASSWORD@]HOST[:PORT], or several separated by commas, for example  "
     "nats.example.org:4222,nats2.example.org";
 
 std::string_view trimmed(std::string_view text) {
@@ -63,7 +63,7 @@ std::string why_no_open_servers(std::string_view text) {
   if (const std::string why = parse(text, servers); !why.empty()) return why;
   for (const NatsServer& each : servers.all)
     if (!each.password.empty() && !why_not_loopback(to_text(each.host)).empty())
-      return fmt::format("would send a password to {} for anybody to read; use tls+nats://", to_text(each.host));
+      return fmt::format("would send a password to {} unencrypted; use tls+nats://", to_text(each.host));
   return {};
 }
 

@@ -116,8 +116,8 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
     payload = static_cast<std::size_t>(std::max<std::int64_t>(0, natsConnection_GetMaxPayload(connection.get())));
     if (payload < least_payload) {
       counters.add("server.refused.payload_limit");
-      return failed(
-          "", fmt::format("it takes {} bytes in a message; give it max_payload = {} or more", payload, least_payload));
+      return failed("", fmt::format("it accepts messages of {} bytes at most; set its max_payload to {} or more",
+                                    payload, least_payload));
     }
     for (const std::string& subject : settings.subjects) subscribe(subject);
     if (!settings.own_subject.empty()) subscribe(settings.own_subject);
@@ -155,7 +155,7 @@ struct NatsConnection::State : std::enable_shared_from_this<State> {
             return self->failed("server.closed.lost", self->last_error());
           if (self->unfinished_bytes > most_unfinished_bytes)
             return self->failed("server.closed.endless",
-                                fmt::format("sends a message of more than {} bytes", most_unfinished_bytes));
+                                fmt::format("sent a message of more than {} bytes", most_unfinished_bytes));
           self->read();
         });
   }

@@ -157,7 +157,7 @@ void PacketKeys::refuse(const std::string& reason, const std::string& lab) {
   const auto [named, is_first] = named_.try_emplace(lab, now);
   if (!is_first && now - named->second < notice_period) return;
   named->second = now;
-  notice_ = fmt::format("somebody else speaks in the name of lab {} on the NATS server, and is not heard", lab);
+  notice_ = fmt::format("another program uses the name of lab {} on the NATS server; its messages are ignored", lab);
 }
 
 // What is signed, or sealed beside something, together with what it counts for.

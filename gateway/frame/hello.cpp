@@ -109,11 +109,10 @@ std::optional<Refusal> why_refused(const Hello& ours, const Hello& theirs) {
   for (const ExportedChannel& own : ours.channels) {
     const auto same = std::ranges::find(theirs.channels, own.name, &ExportedChannel::name);
     if (same == theirs.channels.end() || own.type == 0 || same->type == 0 || own.type == same->type) continue;
-    return Refusal{
-        "session.refused.message_type",
-        fmt::format("messages on channel {} have another type in lab {} ({:016x}) than in lab {} ({:016x}); install "
-                    "the same arkmesh in both",
-                    own.name, theirs.lab, same->type, ours.lab, own.type)};
+    return Refusal{"session.refused.message_type",
+                   fmt::format("messages on channel {} have another type in lab {} ({:016x}) than in lab {} ({:016x}); "
+                               "install the same arkmesh in both",
+                               own.name, theirs.lab, same->type, ours.lab, own.type)};
   }
   return {};
 }

@@ -31,7 +31,8 @@ template <class Object>
 using Owned = std::unique_ptr<Object, Free>;
 
 void succeed(bool good) {
-  if (!good) throw std::runtime_error("OpenSSL cannot make a certificate for browsers; is its package libssl3 whole?");
+  if (!good)
+    throw std::runtime_error("OpenSSL cannot create a certificate for browsers; is its package libssl3 intact?");
 }
 
 std::string names_of(const std::vector<std::string>& hosts) {

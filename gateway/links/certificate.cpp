@@ -36,7 +36,7 @@ std::string taken(const BioPointer& bio) {
 }
 
 void must(bool good) {
-  if (!good) throw std::runtime_error("OpenSSL cannot make a key or a certificate; is its package libssl3 whole?");
+  if (!good) throw std::runtime_error("OpenSSL cannot create a key or a certificate; is its package libssl3 intact?");
 }
 
 }  // namespace
@@ -89,12 +89,11 @@ Certificate read_certificate(std::string_view pem) {
   if (!parsed) throw hal::ConfigError("is not a certificate; give the file LAB.crt that `arkmesh keys init LAB` makes");
   Certificate certificate{.lab = name_in(*parsed), .until = end_of(*parsed)};
   if (certificate.lab.empty())
-    throw hal::ConfigError("is not the certificate of a lab: its name (CN) is no lab's name");
+    throw hal::ConfigError("is not a lab's certificate: its common name (CN) is not a lab name");
   const auto pin = pin_of(*parsed);
   if (!pin || X509_verify(parsed.get(), X509_get0_pubkey(parsed.get())) != 1)
-    throw hal::ConfigError(
-        fmt::format("says that it is of lab {}, but its own key has not signed it; ask that lab for its file again",
-                    certificate.lab));
+    throw hal::ConfigError(fmt::format(
+        "names lab {} but is not signed with its own key; ask that lab for its file again", certificate.lab));
   certificate.pin = *pin;
   const BioPointer out(BIO_new(BIO_s_mem()));
   must(PEM_write_bio_X509(out.get(), parsed.get()) == 1);

@@ -109,13 +109,13 @@ void Connections::make_room(const asio::ip::address& newcomer) {
   if (pending_.size() >= settings_.max_pending) {
     oldest = pending_.begin();
     counters_.add("session.closed.too_many_pending");
-    notice(fmt::format("more than {} connections have not said hello; the oldest was closed", settings_.max_pending));
+    notice(fmt::format("more than {} connections have not sent a hello; the oldest was closed", settings_.max_pending));
   }
   if (accepts_tls_ &&
       std::cmp_greater_equal(std::ranges::count_if(pending_, is_neighbour), settings_.max_pending_per_address)) {
     oldest = std::ranges::find_if(pending_, is_neighbour);
     counters_.add("session.closed.too_many_of_address");
-    notice(fmt::format("more than {} connections from {} have not said hello; the oldest was closed",
+    notice(fmt::format("more than {} connections from {} have not sent a hello; the oldest was closed",
                        settings_.max_pending_per_address, newcomer.to_string()));
   }
   if (oldest == pending_.end()) return;
@@ -151,7 +151,7 @@ std::unique_ptr<Link> Connections::tls_link(std::string peer, std::string_view c
 }
 
 std::unique_ptr<Link> Connections::federation_link(std::string peer, std::string_view connect, bool tls) {
-  assert(settings_.keys && "who is in a federation has keys");
+  assert(settings_.keys && "members of a federation have keys");
   auto& federation = federations_[fmt::format("{} {}", tls, connect)];
   if (!federation) {
     FederationSettings settings{.options = settings_.federation};
@@ -207,10 +207,9 @@ void Connections::on_hello(Session& session, const Hello& hello) {
       std::ranges::find_if(links_, [&](SessionLink* each) { return each->peer() == hello.lab && each->accepts(); });
   if (link == links_.end()) {
     counters_.add("session.refused.unknown_lab");
-    const std::string why =
-        hello.lab == settings_.lab
-            ? fmt::format("another gateway calls itself {}, too", hello.lab)
-            : fmt::format("lab {} does not expect a connection from a lab {}", settings_.lab, hello.lab);
+    const std::string why = hello.lab == settings_.lab ? fmt::format("another gateway also calls itself {}", hello.lab)
+                                                       : fmt::format("lab {} does not expect a connection from lab {}",
+                                                                     settings_.lab, hello.lab);
     notice(why);
     return session.refuse(why);
   }

@@ -58,7 +58,7 @@ fs::path revoked_file(const fs::path& folder, const Certificate& certificate) {
 void require_lab_name(const std::string& lab) {
   if (!hal::is_lab_name(lab))
     throw hal::ConfigError(
-        fmt::format("'{}' is no lab name; use 1 to {} of a-z, 0-9, '_' and '-'", lab, hal::max_lab_name));
+        fmt::format("'{}' is not a lab name; use 1 to {} of a-z, 0-9, '_' and '-'", lab, hal::max_lab_name));
 }
 
 }  // namespace
@@ -68,8 +68,7 @@ KeyFolder::KeyFolder(fs::path folder) : folder_(folder.empty() ? default_folder(
 fs::path KeyFolder::default_folder() {
   const fs::path user = hal::user_folder();
   if (user.empty())
-    throw hal::ConfigError(
-        "no folder for keys: the variable HOME is not set; say where in gateway.keys or with --keys");
+    throw hal::ConfigError("no folder for keys: the variable HOME is not set; name one in gateway.keys or with --keys");
   return user / "keys";
 }
 
@@ -77,8 +76,8 @@ KeyFolder::Own KeyFolder::own(const std::string& lab) const {
   auto certificate = read_certificate_file(certificate_file(lab));
   auto key_pem = hal::read_guarded(key_file(folder_, lab), true);
   if (!certificate || !key_pem)
-    throw hal::ConfigError(fmt::format("lab {} has no key and certificate in {}; make them with: arkmesh keys init {}",
-                                       lab, folder_.string(), lab));
+    throw hal::ConfigError(fmt::format(
+        "lab {} has no key and certificate in {}; create them with: arkmesh keys init {}", lab, folder_.string(), lab));
   const KeyPointer key = parse_key(*key_pem);
   const X509Pointer parsed = parse_certificate(certificate->pem);
   if (!key) throw hal::ConfigError(fmt::format("{} is no private key", key_file(folder_, lab).string()));
@@ -126,9 +125,8 @@ std::string KeyFolder::stamp() const {
 Certificate KeyFolder::init(const std::string& lab) const {
   require_lab_name(lab);
   if (fs::exists(key_file(folder_, lab)) || fs::exists(certificate_file(lab)))
-    throw hal::ConfigError(
-        fmt::format("lab {} has a key in {} already; arkmesh keys renew {} makes its certificate last longer", lab,
-                    folder_.string(), lab));
+    throw hal::ConfigError(fmt::format("lab {} already has a key in {}; arkmesh keys renew {} extends its certificate",
+                                       lab, folder_.string(), lab));
   // What a gateway of another user need not see.
   std::error_code error;
   if (fs::create_directories(folder_, error)) fs::permissions(folder_, fs::perms::owner_all, error);
@@ -159,15 +157,14 @@ Certificate KeyFolder::trust(const fs::path& file, bool replace) const {
                                          file.string(), other.lab));
     if (other.lab == certificate->lab && other.pin != certificate->pin && !replace)
       throw hal::ConfigError(
-          fmt::format("another certificate of lab {} is trusted already ({}, not {}); if the lab says that it has a "
-                      "new one, take it with --replace",
+          fmt::format("another certificate of lab {} is already trusted ({}, not {}); if the lab confirms that it has "
+                      "a new one, accept it with --replace",
                       other.lab, fingerprint(other.pin), fingerprint(certificate->pin)));
   }
   if (std::ranges::find(known.revoked, certificate->pin, &Certificate::pin) != known.revoked.end()) {
     if (!replace)
-      throw hal::ConfigError(
-          fmt::format("this certificate of lab {} ({}) was revoked; it is trusted again only with --replace",
-                      certificate->lab, fingerprint(certificate->pin)));
+      throw hal::ConfigError(fmt::format("this certificate of lab {} ({}) was revoked; only --replace trusts it again",
+                                         certificate->lab, fingerprint(certificate->pin)));
     std::error_code error;
     fs::remove(revoked_file(folder_, *certificate), error);
   }
@@ -181,7 +178,7 @@ Certificate KeyFolder::revoke(const std::string& lab) const {
   auto certificate = read_certificate_file(file);
   if (!certificate)
     throw hal::ConfigError(
-        fmt::format("lab {} is not trusted, so there is nothing to revoke; arkmesh keys list says who is", lab));
+        fmt::format("lab {} is not trusted, so there is nothing to revoke; arkmesh keys list shows who is", lab));
   hal::write_guarded(revoked_file(folder_, *certificate), certificate->pem, hal::readable_mode);
   if (::unlink(file.c_str()) != 0)
     throw std::runtime_error(fmt::format("{} cannot be removed: {}", file.string(), std::strerror(errno)));

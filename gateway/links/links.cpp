@@ -56,7 +56,7 @@ std::string why_not_connectable(std::string_view connect) {
   if (const LinkKind* kind = find(scheme)) return kind->why_not(address);
   std::string known;
   for (const LinkKind& kind : link_kinds()) known += (known.empty() ? "" : ", ") + kind.scheme + "://";
-  return fmt::format("begins with '{}://', which is no kind of link; there is: {}", scheme, known);
+  return fmt::format("begins with '{}://', which is not a kind of link; there are: {}", scheme, known);
 }
 
 std::unique_ptr<Link> make_link(const LinkSurroundings& gateway, const PeerConfig& peer) {

@@ -142,7 +142,7 @@ void SessionLink::forget_session() {
 bool SessionLink::take(const std::shared_ptr<Session>& session, const Hello& hello) {
   if (session_ && hello.version == protocol_version && hello.boot_id < session_->peer().boot_id) {
     stats_.counters.add("session.refused.older_boot");
-    session->refuse(fmt::format("a gateway of lab {} that started later is connected already", peer_));
+    session->refuse(fmt::format("a gateway of lab {} that started later is already connected", peer_));
     return false;
   }
   if (!judge(*session, hello)) return false;
@@ -150,10 +150,10 @@ bool SessionLink::take(const std::shared_ptr<Session>& session, const Hello& hel
     stats_.counters.add("session.replaced");
     if (session_->up() && hello.boot_id != session_->peer().boot_id)
       node_.notice(
-          fmt::format("a gateway of lab {} that started later took the place of the one that was connected; if "
-                      "nobody started it again, another program calls itself {}",
+          fmt::format("a gateway of lab {} that started later replaced the connected one; if nobody restarted it, "
+                      "another program calls itself {}",
                       peer_, peer_));
-    session_->close(fmt::format("a newer connection of lab {} took this one's place", peer_));
+    session_->close(fmt::format("replaced by a newer connection of lab {}", peer_));
     forget_session();
     change(false, "replaced by a newer connection");
   }
@@ -191,9 +191,9 @@ void SessionLink::on_up(Session& session) {
   stats_.peer_version = session.peer().software;
   stats_.counters.add("session.opened");
   const std::uint64_t missing = meet(session.peer());
-  change(true, missing == 0 ? "connected"
-                            : fmt::format("connected; {} ordered messages were lost when its gateway was started again",
-                                          missing));
+  change(true, missing == 0
+                   ? "connected"
+                   : fmt::format("connected; {} ordered messages were lost when its gateway restarted", missing));
 }
 
 // What a peer that was started again forgot, and what is to be forgotten of it. Returns how many of its `ordered`

@@ -40,7 +40,7 @@ class TcpStream final : public AsioStream<tcp::socket> {
     });
   }
   StreamFailure explain(error_code error) const override {
-    if (speaks_tls_) return {"session.closed.speaks_tls", "the other end speaks TLS, and this connection is plain TCP"};
+    if (speaks_tls_) return {"session.closed.speaks_tls", "the other end uses TLS, and this connection is plain TCP"};
     return AsioStream::explain(error);
   }
   bool awaits_first_answer() const override { return connecting_; }

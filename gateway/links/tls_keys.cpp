@@ -52,7 +52,7 @@ std::unique_ptr<ssl::context> make_context(const KeyFolder::Own& own, TlsKeys& k
   if (SSL_CTX_set_min_proto_version(native, TLS1_3_VERSION) != 1 || SSL_CTX_set_num_tickets(native, 0) != 1 ||
       SSL_CTX_use_certificate(native, certificate.get()) != 1 || SSL_CTX_use_PrivateKey(native, key.get()) != 1)
     throw hal::ConfigError(
-        fmt::format("OpenSSL cannot use the key of lab {}; make another: arkmesh keys renew {} --new-key",
+        fmt::format("OpenSSL cannot use the key of lab {}; create another: arkmesh keys renew {} --new-key",
                     own.certificate.lab, own.certificate.lab));
   return context;
 }

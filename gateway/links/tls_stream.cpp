@@ -69,7 +69,7 @@ class TlsStream final : public AsioStream<TlsSocket> {
       return {"session.closed.certificate_revoked", fmt::format("the certificate of lab {} was revoked here", peer_)};
     if (verdict.standing == TlsKeys::Verdict::unknown)
       return {"session.closed.certificate_untrusted",
-              fmt::format("the certificate of lab {} is not trusted here any more", peer_)};
+              fmt::format("the certificate of lab {} is no longer trusted here", peer_)};
     return {};
   }
   // The end of TCP is enough: each frame says how long it is, so nothing can be cut off unseen.
@@ -122,10 +122,10 @@ class TlsStream final : public AsioStream<TlsSocket> {
     if (verdict.standing != TlsKeys::Verdict::trusted)
       return {verdict.standing == TlsKeys::Verdict::revoked ? "session.refused.certificate_revoked"
                                                             : "session.refused.certificate_unknown",
-              "its certificate ceased to be trusted here while hands were shaken"};
+              "its certificate ceased to be trusted here during the handshake"};
     if (!expected_.empty() && peer_ != expected_)
       return {"session.refused.certificate_of_other_lab",
-              fmt::format("the certificate there is of lab {}, not of lab {}", peer_, expected_)};
+              fmt::format("the other end has the certificate of lab {}, not of lab {}", peer_, expected_)};
     keys_->saw(pin_, end_of(*shown));
     return {};
   }
@@ -136,7 +136,7 @@ class TlsStream final : public AsioStream<TlsSocket> {
       return {"session.refused.certificate_revoked", "its certificate was revoked here" + describe_shown()};
     if (result != X509_V_OK)
       return {"session.refused.certificate_unknown",
-              "its certificate is not trusted here; admit it with arkmesh keys trust FILE.crt" + describe_shown()};
+              "its certificate is not trusted here; trust it with arkmesh keys trust FILE.crt" + describe_shown()};
     if (auto told = told_by_peer(error)) return *told;
     if (error.category() != asio::error::get_ssl_category())
       return {"session.failed.handshake", "the connection ended during the TLS handshake (" + error.message() + ")"};
@@ -145,7 +145,7 @@ class TlsStream final : public AsioStream<TlsSocket> {
       case SSL_R_HTTP_REQUEST:
       case SSL_R_HTTPS_PROXY_REQUEST:
         say_tls();
-        return {"session.refused.plain_tcp", "the other end does not speak TLS, and this connection is tls://"};
+        return {"session.refused.plain_tcp", "the other end does not use TLS, and this connection is tls://"};
       case SSL_R_PEER_DID_NOT_RETURN_A_CERTIFICATE:
         return {"session.refused.certificate_unknown", "the other end showed no certificate"};
       default:

@@ -149,7 +149,7 @@ void Session::on_frame(const FrameDecoder::Frame& frame) {
   if (state_ != State::up)  // later every few milliseconds (check())
     if (const StreamFailure objection = stream_->objection(); !objection.counter.empty()) return end(objection);
   if (state_ == State::greeting) {
-    if (frame.kind != FrameKind::hello) return end("session.closed.no_hello", "the peer did not say hello first");
+    if (frame.kind != FrameKind::hello) return end("session.closed.no_hello", "the peer did not send a hello first");
     const auto hello = read_hello(frame.payload);
     if (!hello) return end("session.closed.bad_hello", "the peer's hello is malformed");
     return owner_->on_hello(*this, *hello);

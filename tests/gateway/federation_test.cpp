@@ -229,7 +229,7 @@ TEST_CASE("a server that takes too little is not used") {
   CHECK(labs.until([&] { return labs.shark.count("server.refused.payload_limit") > 0; }));
   CHECK(labs.until([&] {
     return labs.shark.links["roark"]->stats().why.ends_with(
-        "it takes 32767 bytes in a message; give it max_payload = 32768 or more");
+        "it accepts messages of 32767 bytes at most; set its max_payload to 32768 or more");
   }));
 }
 
@@ -427,7 +427,7 @@ TEST_CASE("a member who speaks in another's name is not heard") {
   CHECK(static_cast<double>(refused("signature.roark")) <= 20 * (1 + took_s));
   std::size_t named = 0;
   for (const std::string& each : labs.shark->notices)
-    named += each == "somebody else speaks in the name of lab roark on the NATS server, and is not heard";
+    named += each == "another program uses the name of lab roark on the NATS server; its messages are ignored";
   CHECK(named > 0);
   CHECK(named < 5);
   // roark comes back in the midst of it.

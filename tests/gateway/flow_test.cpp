@@ -166,7 +166,7 @@ TEST_CASE("a gateway that is started again leaves a gap of known size") {
   CHECK(missing > 0);
   CHECK(missing + labs.roark.heard.size() == 50);
   CHECK(labs.roark.link().stats().why ==
-        "connected; " + std::to_string(missing) + " ordered messages were lost when its gateway was started again");
+        "connected; " + std::to_string(missing) + " ordered messages were lost when its gateway restarted");
   labs.shark.publish("events", "anew");
   CHECK(labs.until([&] { return labs.roark.heard_last("shark/events", "anew"); }));
 }

@@ -76,7 +76,7 @@ TEST_CASE("who is trusted, revoked, and trusted again") {
   keys.trust(roark, false);  // again is no error
   labs.of("roark").renew("roark", true);
   const std::string why = keys_refusal([&] { keys.trust(roark, false); });
-  CHECK(why.find("another certificate of lab roark is trusted already") == 0);
+  CHECK(why.find("another certificate of lab roark is already trusted") == 0);
   CHECK(why.find(fingerprint(first.pin)) != std::string::npos);
   const Certificate second = keys.trust(roark, true);
   REQUIRE(keys.list().trusted.size() == 1);
@@ -109,7 +109,7 @@ TEST_CASE("what is no certificate is refused in one sentence") {
       {folder.write("key", key), "is not a certificate"},
       {folder.write("flipped", flipped), "flipped"},
       {folder.write("huge", pem + std::string(1 << 20, ' ')), "is longer than 16384 bytes"},
-      {folder.write("name", make_certificate(key, "Not A Lab")), "is not the certificate of a lab"},
+      {folder.write("name", make_certificate(key, "Not A Lab")), "is not a lab's certificate"},
       {folder.path(), "is not a file"},
       {folder.path() / "nowhere", "there is no file"},
       {"/dev/zero", "is not a file"},

@@ -57,7 +57,7 @@ TEST_CASE("another lab on the port is named") {
     else
       shark.hear("peers", peers_of("roark", 99));
     CHECK(shark.watch.earlier() ==
-          "bus memq://: lab roark uses this LCM port, too; give each lab a port of its own in bus.url");
+          "bus memq://: lab roark uses this LCM port as well; give each lab its own port in bus.url");
     CHECK(shark.watch.counters()["bus.other_lab.roark"] == 1);
   }
 }

@@ -142,7 +142,7 @@ TEST_CASE("an unexpected lab is refused by name") {
   own.lab = "shark";
   peer->say(own);
   REQUIRE(run_until(shark.io, [&] { return peer->closed; }));
-  CHECK(peer->bye == "another gateway calls itself shark, too");
+  CHECK(peer->bye == "another gateway also calls itself shark");
 }
 
 TEST_CASE("the connecting side judges as well") {
@@ -201,15 +201,15 @@ TEST_CASE("of two gateways of one lab the newer stays") {
   const auto first = shark.accepted_peer(50);
   const auto second = shark.accepted_peer(60);
   REQUIRE(run_until(shark.io, [&] { return first->closed; }));
-  CHECK(first->bye == "a newer connection of lab roark took this one's place");
+  CHECK(first->bye == "replaced by a newer connection of lab roark");
   CHECK(shark.count("session.replaced") == 1);
   // Whoever says so, and on this machine anybody can, does not do it unseen.
   CHECK(shark.notices.size() == 1);
-  CHECK(shark.notices.back().starts_with("a gateway of lab roark that started later took the place"));
+  CHECK(shark.notices.back().starts_with("a gateway of lab roark that started later replaced the connected one"));
   const auto third = shark.peer();
   third->say(Listening::hello(55));
   REQUIRE(run_until(shark.io, [&] { return third->closed; }));
-  CHECK(third->bye == "a gateway of lab roark that started later is connected already");
+  CHECK(third->bye == "a gateway of lab roark that started later is already connected");
   CHECK(shark.count("session.refused.older_boot") == 1);
   CHECK(shark.link->stats().up);
   CHECK(shark.link->stats().peer_boot_id == 60);

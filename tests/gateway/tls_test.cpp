@@ -150,7 +150,8 @@ TEST_CASE("another lab at the peer's address is not talked to") {
   shark.connect("roark", lynx);
   REQUIRE(run_until(
       io, [&] { return shark.count("session.refused.certificate_of_other_lab") > 1; }, std::chrono::seconds(300)));
-  CHECK(shark.link->stats().why.find("the certificate there is of lab lynx, not of lab roark") != std::string::npos);
+  CHECK(shark.link->stats().why.find("the other end has the certificate of lab lynx, not of lab roark") !=
+        std::string::npos);
   CHECK_FALSE(lynx.up());
 }
 

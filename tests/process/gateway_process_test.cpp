@@ -154,7 +154,7 @@ TEST_CASE("arkmesh reload changes the rules of a gateway at work") {
   files.write("shark", shark_port, gateway + "listen = \"127.0.0.1:1\"\nlisen = \"\"");
   CHECK(reload(2, files.shark).find("unknown key 'gateway.lisen'") != std::string::npos);
   shark.signal(SIGHUP);
-  CHECK(says(shark, "gateway of shark: the rules stay as they were: ", 300s));
+  CHECK(says(shark, "gateway of shark: the rules are unchanged: ", 300s));
 
   hal::Bus at_shark(url(shark_port)), at_roark(url(roark_port));
   bool heard = false;
@@ -198,7 +198,7 @@ TEST_CASE("arkmesh reload reaches the gateway although others hold sockets with 
   CHECK(process.wait(300s) == 0);
   const std::string said = process.output();
   CHECK(said.find("gateway of shark: 4 rules are in force, as shark.toml says now\n") != std::string::npos);
-  CHECK(said.find("a gateway has not answered within 5 s; it is asked the same by SIGHUP\n") != std::string::npos);
+  CHECK(said.find("a gateway has not answered within 5 s; SIGHUP asks it for the same\n") != std::string::npos);
   CHECK(said.find("1 socket with the name of this file's gateways took no connection within 2 s; ") !=
         std::string::npos);
   shark.kill();
@@ -231,7 +231,7 @@ TEST_CASE("two labs that have never met are joined over TLS") {
                   common + fmt::format("peers = [{{lab = \"shark\", connect = \"tls://localhost:{}\"}}]", shark_port));
   Process keyless = files.start(shark_file, "keyless");
   CHECK(keyless.wait(300s) == 2);
-  CHECK(keyless.output().find("make them with: arkmesh keys init shark") != std::string::npos);
+  CHECK(keyless.output().find("create them with: arkmesh keys init shark") != std::string::npos);
 
   const std::string made = said(0, {"init", "shark"});
   CHECK(made.find("fingerprint  ") != std::string::npos);
@@ -332,7 +332,7 @@ TEST_CASE("another lab on our LCM port is refused") {
   // A lab process, or another lab's gateway, that was there before is named, with what to do.
   const Files files;
   const std::string sentence =
-      fmt::format("arkmesh: bus {}: lab roark uses this LCM port, too; give each lab a port of its own in bus.url\n",
+      fmt::format("arkmesh: bus {}: lab roark uses this LCM port as well; give each lab its own port in bus.url\n",
                   url(roark_port));
   SUBCASE("its lab process") {
     hal::Bus bus(url(roark_port));

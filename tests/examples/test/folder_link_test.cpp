@@ -89,8 +89,9 @@ TEST_CASE("folder links: a file that names no folder is refused") {
       "roark.toml:3: gateway.peers[0].connect = \"folder://shared\": must be folder:// and an absolute "
       "path",
       hal::ConfigError);
-  CHECK(gateway::why_not_connectable("ftp://x") ==
-        "begins with 'ftp://', which is no kind of link; there is: tcp://, tls://, nats://, tls+nats://, folder://");
+  CHECK(
+      gateway::why_not_connectable("ftp://x") ==
+      "begins with 'ftp://', which is not a kind of link; there are: tcp://, tls://, nats://, tls+nats://, folder://");
 }
 
 TEST_CASE("folder links: a peer that dies without a word is missed, and what it left deceives nobody") {
