@@ -72,7 +72,7 @@ Camera::Camera(const CameraSettings& settings, const Scene& scene)
   if (!middle) throw std::invalid_argument("does not see the arena");
   radius_px_ = scene.body_radius_m * std::sqrt(std::abs(middle->xx * middle->yy - middle->xy * middle->yx));
   if (radius_px_ < 2 || radius_px_ > 200)
-    throw std::invalid_argument("shows robots of less than 4 or more than 400 pixels; change its height or focal_px");
+    throw std::invalid_argument("shows robots smaller than 4 or larger than 400 pixels; change its height or focal_px");
   constexpr int pixels_a_square = 16;
   for (const hal::RobotId robot : scene.markers)
     markers_.push_back(tracker::marker_picture(scene.marker_family, static_cast<int>(robot), pixels_a_square));

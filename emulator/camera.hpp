@@ -24,14 +24,14 @@ struct CameraSettings {
   int width_px = 1920, height_px = 1080;
   CameraPose pose;
   double focal_px = 0;                      // 0: as long as the whole arena fits
-  double centre_x_px = 0, centre_y_px = 0;  // of the lens, off the picture's middle
+  double centre_x_px = 0, centre_y_px = 0;  // offset of the lens from the picture's centre
   std::array<double, 5> distortion{};       // k1, k2, p1, p2, k3
   double brightness = 1;                    // of the whole picture, LEDs included
   double vignetting = 0.2;                  // share of light lost in the corners
   double blur_px = 0.7;                     // s.d.
   double noise = 2;                         // s.d., of 255
   double led_brightness = 1;                // 1: the core saturates
-  hal::LabTime latency{0};                  // from the light to the picture's arrival
+  hal::LabTime latency{0};                  // from exposure to the picture's arrival
 
   // Keys of [[emulator.camera]]; pose and distortion are made of those below.
   double roll_deg = 0, look_x_m = std::numeric_limits<double>::quiet_NaN(), look_y_m = look_x_m;

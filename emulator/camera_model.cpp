@@ -12,7 +12,7 @@ cv::Matx33d rotation_of(const CameraPose& pose) {
   if (pose.z_m <= 0) throw std::invalid_argument("must hang above the arena");
   const cv::Vec3d ahead = sight / cv::norm(sight), north(0, 1, 0);
   cv::Vec3d right = ahead.cross(north);
-  if (cv::norm(right) < 1e-6) throw std::invalid_argument("looks along the arena's north; let it look down");
+  if (cv::norm(right) < 1e-6) throw std::invalid_argument("looks along the arena's north; point it down");
   right /= cv::norm(right);
   const cv::Vec3d down = ahead.cross(right);
   const double c = std::cos(pose.roll_rad), s = std::sin(pose.roll_rad);
@@ -50,8 +50,7 @@ CameraModel::CameraModel(int width_px, int height_px, double focal_px, double ce
   if (corner > farthest)
     throw std::invalid_argument("sees more than 71 degrees to the side; give it a longer focal_px");
   if (before < corner)
-    throw std::invalid_argument(
-        "has a distortion that folds its picture over before the corners; take smaller coefficients");
+    throw std::invalid_argument("has a distortion that folds the picture before its corners; use smaller coefficients");
 }
 
 double CameraModel::focal_to_fit(int width_px, int height_px, const CameraPose& pose,
@@ -61,7 +60,7 @@ double CameraModel::focal_to_fit(int width_px, int height_px, const CameraPose& 
   double most = 1e-6;
   for (const cv::Point2d& corner : corners) {
     const cv::Vec3d at = rotation * cv::Vec3d(corner.x, corner.y, 0) + translation;
-    if (at[2] <= 0.01) throw std::invalid_argument("does not see the whole arena; hang it higher or give focal_px");
+    if (at[2] <= 0.01) throw std::invalid_argument("does not see the whole arena; mount it higher or set focal_px");
     most = std::max({most, std::abs(at[0] / at[2]) / width_px, std::abs(at[1] / at[2]) / height_px});
   }
   return (0.5 - margin) / most;

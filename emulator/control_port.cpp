@@ -81,7 +81,8 @@ struct ControlPort::State : std::enable_shared_from_this<State> {
   void refuse(const std::shared_ptr<Client>& client) {
     counters.add("control.refused.http");
     client->out =
-        "error: this port takes no HTTP, so that no web page commands the emulator; say lines of text, as with nc\n";
+        "error: this port accepts no HTTP, so that no web page can command the emulator; send lines of text, as with "
+        "nc\n";
     asio::async_write(client->socket, asio::buffer(client->out),
                       [this, alive = weak_from_this(), client](error_code, std::size_t) {
                         if (const auto self = alive.lock()) --clients;

@@ -41,7 +41,7 @@ std::optional<int> whole(std::string_view text, int below) {
 }
 
 std::string unknown(std::string_view what) {
-  return fmt::format("error: '{}' is no command; `help` lists the commands", what);
+  return fmt::format("error: '{}' is not a command; `help` lists the commands", what);
 }
 
 }  // namespace
@@ -202,7 +202,7 @@ std::string Emulator::swap(const std::vector<std::string_view>& words) {
   const auto seconds = number(words.size() > 3 ? words[3] : "1.5");
   if (!a || !b || *a == *b || !seconds || *seconds <= 0 || *seconds > 3600)
     return "error: `swap` needs two robots and seconds, at most 3600";
-  if (is_lifted(*a) || is_lifted(*b)) return "error: a hand holds one of the two robots";
+  if (is_lifted(*a) || is_lifted(*b)) return "error: one of the two robots is lifted by hand";
   const std::vector<sim_ode::SimulatedArena::Seen> seen = look();
   const sim_ode::SimulatedArena::Seen &first = seen[static_cast<std::size_t>(*a)],
                                       &second = seen[static_cast<std::size_t>(*b)];
@@ -230,7 +230,7 @@ std::string Emulator::say(const std::vector<std::string_view>& words) {
   packet[1] = type->second == 0 ? 0 : 2;
   packet[11] = type->second;
   for (std::size_t i = 0; i + 1 < packet.size(); ++i) packet.back() ^= packet[i];
-  if (serial_free() < packet.size()) return "error: the serial port holds no more bytes; try again";
+  if (serial_free() < packet.size()) return "error: the serial port's buffer is full; try again";
   serial_.write(packet, now().count());
   return serial_.plugged() ? "ok" : "error: the overhead controller is unplugged";
 }

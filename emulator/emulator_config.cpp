@@ -45,9 +45,9 @@ void CameraSettings::fields(const hal::Section& camera) {
   camera.field("look_x_m", look_x_m,
                {.range = {-100, 100}, .unit = "m", .help = "what it looks at", .default_is = "x_m"});
   camera.field("look_y_m", look_y_m, {.range = {-100, 100}, .unit = "m", .help = "likewise", .default_is = "y_m"});
-  camera.field("roll_deg", roll_deg, {{-360, 360}, "deg", "how it is turned about its axis"});
+  camera.field("roll_deg", roll_deg, {{-360, 360}, "deg", "rotation about its axis"});
   camera.field("focal_px", focal_px, {{0, 100'000}, "px", "0: as long as the whole arena fits"});
-  camera.field("centre_x_px", centre_x_px, {{-500, 500}, "px", "of the lens, off the picture's middle"});
+  camera.field("centre_x_px", centre_x_px, {{-500, 500}, "px", "offset of the lens from the picture's centre"});
   camera.field("centre_y_px", centre_y_px, {{-500, 500}, "px", "likewise"});
   camera.field("distortion", distortion_terms, {{-10, 10}, "", "k1, k2, p1, p2, k3"});
   camera.field("brightness", brightness, {{0.05, 4}, "", "of the whole picture"});
@@ -55,7 +55,7 @@ void CameraSettings::fields(const hal::Section& camera) {
   camera.field("blur_px", blur_px, {{0, 10}, "px", "s.d."});
   camera.field("noise", noise, {{0, 30}, "", "s.d., of 255"});
   camera.field("led_brightness", led_brightness, {{0, 10}, "", "1: the core saturates"});
-  camera.field("latency_s", latency, {{0, 2}, "s", "from the light to the picture's arrival"});
+  camera.field("latency_s", latency, {{0, 2}, "s", "from exposure to the picture's arrival"});
 }
 
 void CameraSettings::check(const hal::Section& camera) {
@@ -68,31 +68,32 @@ void CameraSettings::check(const hal::Section& camera) {
 
 void Scene::fields(const hal::Section& scene) {
   scene.field("arena_grey", arena_grey, {{30, 250}, "", "of 255, where the light is 1"});
-  scene.field("texture", texture, {{0, 0.5}, "", "share by which the arena's surface is mottled"});
+  scene.field("texture", texture, {{0, 0.5}, "", "contrast of the mottled arena surface"});
   scene.field("wall_m", wall_m, {{0, 0.2}, "m", "width of the frame around the arena"});
   scene.field("wall_grey", wall_grey, {{0, 250}, "", "of 255; robots are about 40"});
   scene.field("light_slope", light_slope, {{0, 0.8}, "", "how much brighter the arena is on the lamp's side"});
   scene.field("light_from_deg", light_from_deg, {{-360, 360}, "deg", "direction of the lamp, from +x"});
-  scene.field("shadow", shadow, {{0, 0.9}, "", "share of the light that a robot takes from the arena under it"});
-  scene.field("cell_brightness", cell_brightness, {{0, 5}, "", "of coin cells: 1 is steel, 3 is blown out to white"});
-  scene.field("cell_radius", cell_radius, {{0.5, 0.85}, "", "of coin cells, as a part of a robot's radius"});
-  scene.field("glare", glare, {{0, 1}, "", "how strongly each robot mirrors the lamp, on the lamp's side"});
-  scene.field("domes", domes, {{0, 1}, "", "how strongly unlit LEDs mirror the lamp"});
-  scene.field("distractors", distractors, {.help = "paper, cables and the like around the arena, stickers in it"});
+  scene.field("shadow", shadow, {{0, 0.9}, "", "share of light that a robot blocks from the arena below it"});
+  scene.field("cell_brightness", cell_brightness,
+              {{0, 5}, "", "brightness of coin cells: 1 is steel, 3 is overexposed to white"});
+  scene.field("cell_radius", cell_radius, {{0.5, 0.85}, "", "radius of coin cells, as a fraction of a robot's radius"});
+  scene.field("glare", glare, {{0, 1}, "", "strength of the lamp's reflection on each robot, on the lamp's side"});
+  scene.field("domes", domes, {{0, 1}, "", "strength of the lamp's reflection in unlit LEDs"});
+  scene.field("distractors", distractors,
+              {.help = "paper, cables and similar objects around the arena, stickers in it"});
   scene.field("robot_height_m", stated_height_m,
               {.range = {0, 0.3},
                .unit = "m",
-               .help = "of Kilobots' boards, or of other robots' markers",
+               .help = "height of Kilobots' boards, or of other robots' markers",
                .default_is = "the robot's"});
-  scene.field(
-      "markers", marker_family,
-      {.help = "the family of the markers of robots that carry some", .one_of = tracker::MarkerFinder::families()});
+  scene.field("markers", marker_family,
+              {.help = "the family of robots' markers", .one_of = tracker::MarkerFinder::families()});
   scene.field("marker_m", marker_m, {{0.005, 1}, "m", "side of a marker's black square"});
 }
 
 void EmulatorConfig::Event::fields(const hal::Section& event) {
   event.field("at_s", at, {{0, 1e7}, "s", "when"});
-  event.field("do", what, {.help = "a command as on the control port", .sample = "\"say run\"", .required = true});
+  event.field("do", what, {.help = "a command, as for the control port", .sample = "\"say run\"", .required = true});
 }
 
 void EmulatorConfig::fields(const hal::Section& emulator) {
@@ -103,7 +104,7 @@ void EmulatorConfig::fields(const hal::Section& emulator) {
   emulator.field("listen", listen, {.help = "address of the ports"});
   emulator.field("camera_port", camera_port, {.help = "0: any free one"});
   emulator.field("ohc_port", ohc_port, {.help = "of the overhead controller"});
-  emulator.field("nodes_port", nodes_port, {.help = "of robots' Aseba nodes, as behind one asebaswitch"});
+  emulator.field("nodes_port", nodes_port, {.help = "port of the robots' Aseba nodes, as behind one asebaswitch"});
   emulator.field("control_port", control_port, {.help = "for commands"});
   std::filesystem::path link = ohc_link;
   emulator.field("ohc_link", link, {.help = "a symbolic link to the controller's terminal"});
@@ -134,9 +135,8 @@ EmulatorConfig read_emulator_config(const hal::Section& root) {
     if (camera.name.size() > 40 || !std::ranges::all_of(camera.name, is_plain))
       section.refuse("name", "must be 1 to 40 letters, digits, '_' or '-': it becomes part of a URL");
     for (std::size_t k = 0; k < i; ++k)
-      if (out.cameras[k].name == camera.name) section.refuse("name", "is that of another camera too");
-    if (i == max_cameras)
-      section.refuse("name", fmt::format("is one camera more than the {} of an emulator", max_cameras));
+      if (out.cameras[k].name == camera.name) section.refuse("name", "is used by another camera as well");
+    if (i == max_cameras) section.refuse("name", fmt::format("exceeds the limit of {} cameras", max_cameras));
     check_lens(section, camera, sides.width_m, sides.height_m);
   }
   if (out.cameras.empty()) {

@@ -44,8 +44,8 @@ EmulatorRecord::EmulatorRecord(const Emulator& emulator, const std::string& trut
     truth_.open(truth);
     truth_ << "time_s,robot,id,x_m,y_m,heading_rad,led,in_arena\n";
     if (!truth_.flush())
-      throw std::runtime_error(
-          fmt::format("cannot write the truth to {}; does the folder exist, and has the disk free space?", truth));
+      throw std::runtime_error(fmt::format(
+          "cannot write the truth to {}; does the folder exist, and does the disk have free space?", truth));
   }
   if (video.empty()) return;
   const std::string kind = std::filesystem::path(video).extension().string();
@@ -61,7 +61,7 @@ EmulatorRecord::EmulatorRecord(const Emulator& emulator, const std::string& trut
       video.jpegs.emplace(name, size, frames_per_s);
     else if (!video.mp4.open(name, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), frames_per_s, size))
       throw std::runtime_error(
-          fmt::format("cannot write the video {}; does the folder exist, and has the disk free space?", name));
+          fmt::format("cannot write the video {}; does the folder exist, and does the disk have free space?", name));
     last_.emplace_back(camera.height_px, camera.width_px, CV_8UC3, cv::Scalar::all(0));
   }
 }
@@ -100,7 +100,7 @@ void write_calibration(const Emulator& emulator, const std::string& file) {
   // asked first: OpenCV complains by itself
   if (!std::ofstream(file, std::ios::app))
     throw std::runtime_error(
-        fmt::format("cannot write the calibration to {}; does the folder exist, and may you write in it?", file));
+        fmt::format("cannot write the calibration to {}; does the folder exist, and is it writable?", file));
   std::vector<tracker::NamedCamera> cameras;
   for (std::size_t k = 0; k < emulator.cameras(); ++k) {
     const Camera as_at_first(emulator.camera(k).settings(), emulator.config().scene);

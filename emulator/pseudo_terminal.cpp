@@ -22,7 +22,7 @@ PseudoTerminal::PseudoTerminal(const std::string& link)
   if (!master_ || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 ||
       ::ptsname_r(master_.get(), name.data(), name.size()) != 0)
     throw std::runtime_error(
-        fmt::format("cannot make a pseudo-terminal for the overhead controller: {}", std::strerror(errno)));
+        fmt::format("cannot create a pseudo-terminal for the overhead controller: {}", std::strerror(errno)));
   path_ = name.data();
   slave_ = hal::Handle(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   termios line{};
@@ -37,13 +37,13 @@ PseudoTerminal::PseudoTerminal(const std::string& link)
   if (std::filesystem::exists(status) && !std::filesystem::is_symlink(status)) {
     const std::string there = std::exchange(link_, {});
     throw std::runtime_error(
-        fmt::format("emulator.ohc_link = \"{}\" is there and no symbolic link; give another name", there));
+        fmt::format("emulator.ohc_link = \"{}\" exists and is not a symbolic link; use another name", there));
   }
   std::filesystem::remove(link_, error);
   std::filesystem::create_symlink(path_, link_, error);
   if (error)
-    throw std::runtime_error(
-        fmt::format("cannot make the link emulator.ohc_link = \"{}\": {}", std::exchange(link_, {}), error.message()));
+    throw std::runtime_error(fmt::format("cannot create the link emulator.ohc_link = \"{}\": {}",
+                                         std::exchange(link_, {}), error.message()));
 }
 
 PseudoTerminal::~PseudoTerminal() {

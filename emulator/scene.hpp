@@ -17,12 +17,12 @@ namespace arkmesh::emulator {
 struct Scene {
   double width_m = 1, height_m = 1;  // of the arena
   double arena_grey = 165;           // of 255, where the light is 1
-  double texture = 0.03;             // share by which the arena's surface is mottled
+  double texture = 0.03;             // contrast of the mottled arena surface
   double wall_m = 0.012;             // width of the frame around the arena
   double wall_grey = 125;            // of 255; robots are about 40
   double light_slope = 0.2;          // how much brighter the arena is on the lamp's side than in its middle
   double light_from_rad = 2.2;       // direction of the lamp, from +x; shadows fall away from it
-  double shadow = 0.4;               // share of the light that a robot takes from the arena under it
+  double shadow = 0.4;               // share of light that a robot blocks from the arena below it
   double cell_brightness = 1;        // of coin cells: 0.2 is black, 1 steel, 3 blown out to white
   double cell_radius = 0.715;        // of coin cells, of a robot's radius
   double glare = 0;                  // 0..1: the lamp, mirrored by each robot on the lamp's side

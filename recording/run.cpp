@@ -97,7 +97,7 @@ Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_n
     if (const std::string configs = configs_without_log(folder_); !configs.empty())
       throw hal::ConfigError(
           fmt::format("{} has no message log (recorder.log = false, as in batches); arkmesh run {} --set "
-                      "recorder.log=true --out FOLDER does the run again with one",
+                      "recorder.log=true --out FOLDER repeats the run with one",
                       folder.string(), configs));
     throw hal::ConfigError(
         fmt::format("{} is no run folder: there is no log.lcm in it or one level below", folder.string()));

@@ -134,7 +134,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     if (error.empty() && eye.other_size)
       error = other_size
                   ? fmt::format(
-                        "the camera {} gives pictures of {} x {} pixels, and its calibration is for {} x {}: they "
+                        "the camera {} sends pictures of {} x {} pixels, and its calibration is for {} x {}: they "
                         "are not used; calibrate it at this resolution",
                         eye.source, picture.cols, picture.rows, lens.width_px, lens.height_px)
                   : eye.error;
@@ -162,8 +162,8 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
     }
     if (!std::exchange(eye.hung, true))
       spdlog::warn(
-          "the camera {} repeats one picture although it should change: does the camera hang, or does no robot move? "
-          "Its pictures are not used until one differs",
+          "the camera {} repeats one picture: does it hang, or does no robot move? Its pictures are not used until one "
+          "differs",
           eye.source);
     own_counters_.add("camera.frozen");
     no_use_ = true;

@@ -34,7 +34,7 @@ struct MarkerKeys {
 
   void fields(const hal::Section& aseba) {
     aseba.field("markers", markers.family,
-                {.help = "the family of the robots' markers, whose numbers are their ids",
+                {.help = "the family of the robots' markers, whose numbers are the robots' ids",
                  .one_of = tracker::MarkerFinder::families()});
     aseba.field("marker_m", markers.side_m, {{0.005, 1}, "m", "side of a marker's black square"});
     aseba.field(
@@ -95,7 +95,7 @@ class MarkerEyes final : public hal::aseba::Eyes {
       if (const std::string error = feeds_[i]->error(); !error.empty()) {
         error_ = error;
       } else if (!pictures[i].empty() && (pictures[i].cols != lens.width_px || pictures[i].rows != lens.height_px)) {
-        error_ = fmt::format("the camera {} gives pictures of {} x {} pixels, and its calibration is for {} x {}",
+        error_ = fmt::format("the camera {} sends pictures of {} x {} pixels, and its calibration is for {} x {}",
                              hal::without_secrets(cameras_[i].source), pictures[i].cols, pictures[i].rows,
                              lens.width_px, lens.height_px);
         pictures[i].release();
@@ -141,7 +141,8 @@ class MarkerEyes final : public hal::aseba::Eyes {
 std::unique_ptr<hal::Arena> make_aseba(const hal::Section& arena, const hal::ArenaRequest& request) {
   const hal::Section aseba = arena.section("aseba");
   if (request.set_up)
-    arena.refuse("use", "has robots whose markers name them, so there is nothing to set up; arkmesh doctor lists them");
+    arena.refuse(
+        "use", "has robots that are named by their markers, so there is nothing to set up; arkmesh doctor lists them");
   const AsebaTestbed testbed = read_testbed(arena, request.lab);
   return hal::aseba::make_aseba_arena(testbed.arena, hal::aseba::open_connections(aseba, testbed.arena),
                                       std::make_unique<MarkerEyes>(testbed));
@@ -200,7 +201,7 @@ std::vector<hal::Finding> find_nodes(const hal::Section& arena) {
     const double speed_m_s = testbed.arena.info.drive.speed_m_s;
     hal::Finding finding{fmt::format("markers of {:.0f} mm, exposed for {} ms: seen up to {:.2f} m/s",
                                      1000 * testbed.keys.markers.side_m, camera.controls.exposure_ms, fastest_m_s),
-                         "", "take a shorter exposure and more light, or larger markers"};
+                         "", "use a shorter exposure and more light, or larger markers"};
     if (fastest_m_s < speed_m_s) finding.problem = fmt::format("robots drive up to {:.2f} m/s", speed_m_s);
     out.push_back(std::move(finding));
   }

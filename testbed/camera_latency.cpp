@@ -116,7 +116,7 @@ class Flashes {
       pass(fine, fine);
       if (sent() > before) return at;
     }
-    throw std::runtime_error("the overhead controller takes no command: no flash can be made");
+    throw std::runtime_error("the overhead controller accepts no command: it cannot flash the LEDs");
   }
 
   SetUpArena& arena_;
@@ -150,7 +150,7 @@ CameraLatency latency_of(const std::vector<FlashSeen>& flashes) {
 
 std::vector<CameraLatency> measure_latency(SetUpArena& arena, int flashes, hal::StopRequest& stop,
                                            hal::Progress& progress) {
-  if (!arena.tracks()) throw std::runtime_error("this arena has no cameras: there is no latency to be measured");
+  if (!arena.tracks()) throw std::runtime_error("this arena has no cameras, so there is no latency to measure");
   for (int i = 0; i < 10; ++i) arena.next_picture({});
   Flashes all(arena);
   for (int i = 0; i < flashes && !stop.stopped(); ++i) {

@@ -39,7 +39,7 @@ void wait_until(const std::function<bool()>& answered) {
 
 Finding controller(const std::string& port) {
   Finding finding{"overhead controller " + port, "",
-                  "see what arkmesh ohc PORT lamp does; arkmesh doctor lists the serial ports there are"};
+                  "try arkmesh ohc PORT lamp; arkmesh doctor lists the serial ports"};
   try {
     const std::unique_ptr<hal::kilobot::ByteStream> stream = hal::kilobot::claim_byte_stream(port, "arkmesh doctor");
     stream->open();
@@ -75,7 +75,7 @@ Finding find_camera(const CameraSettings& settings, std::size_t number, std::siz
   Finding finding{"camera " + source, "", "look at it with: arkmesh track " + source + " --serve 8095"};
   try {
     if (tracker::source_kind(source) == tracker::SourceKind::recording)
-      throw std::runtime_error("is no camera's number, device or URL");
+      throw std::runtime_error("is not a camera's number, device or URL");
     tracker::Lens lens;  // 0 x 0 pixels: any
     std::string no_calibration = calibration.empty() ? "has no calibration in the lab's file" : "";
     try {

@@ -21,12 +21,12 @@ tracker::NamedCamera placed_calibration(const hal::Section& section, const Camer
   if (tracker::source_kind(camera.source) == tracker::SourceKind::recording)
     section.refuse(
         "source",
-        "is no camera: give a camera's number, /dev/video..., or a URL such as http://127.0.0.1:8090/camera0");
+        "is not a camera: give a camera's number, /dev/video..., or a URL such as http://127.0.0.1:8090/camera0");
   if (tracker::source_kind(camera.source) == tracker::SourceKind::url)
     for (const std::string& key : camera.controls.keys())
-      section.refuse(key, "can be set of a camera at this machine only: set it in the camera's own menu");
+      section.refuse(key, "can be set only for a camera at this machine: set it in the camera's own menu");
   if (camera.calibration.empty())
-    section.refuse("calibration", "is missing: give the file that arkmesh calibrate made");
+    section.refuse("calibration", "is missing: give the file that arkmesh calibrate wrote");
   try {
     tracker::NamedCamera calibrated = read_calibration_of(camera, number, all);
     calibrated.data.arena_width_m = arena.width_m;
@@ -46,7 +46,8 @@ struct RobotLed {
 
   void fields(const hal::Section& robot) {
     robot.field("id", id, {.range = {0, 65'535}, .help = "which robot", .required = true});
-    robot.field("led_bearing_deg", bearing_deg, {{-180, 180}, "deg", "of its LED, counter-clockwise from ahead"});
+    robot.field("led_bearing_deg", bearing_deg,
+                {{-180, 180}, "deg", "bearing of its LED, counter-clockwise from ahead"});
     robot.field("led_bearing_error_deg", error_deg, {{0, 180}, "deg", "its standard error"});
   }
 };
@@ -74,9 +75,9 @@ void CameraSettings::fields(const hal::Section& camera) {
                 .required = true,
                 .written = hal::without_secrets});
   camera.field("calibration", calibration, {.help = "a file of arkmesh calibrate", .sample = "\"camera.yaml\""});
-  camera.field("camera", name, {.help = "its name there, when the file holds several"});
+  camera.field("camera", name, {.help = "its name in that file, when the file contains several"});
   camera.field("latency_ms", latency_ms,
-               {{0, 2000}, "ms", "from light to a picture's time: the driver's at this machine, else its arrival"});
+               {{0, 2000}, "ms", "from exposure to a picture's time: the driver's at this machine, else its arrival"});
   const std::string own = "the camera's own";
   camera.field("exposure_ms", controls.exposure_ms,
                {.range = {0.01, 10'000}, .unit = "ms", .help = "of a camera at this machine", .default_is = own});
@@ -91,15 +92,15 @@ void KilobotSettings::fields(const hal::Section& kilobot) {
   kilobot.field("led_offset_deg", led_offset_deg,
                 {{-180, 180}, "deg", "driving direction minus LED direction, counter-clockwise"});
   kilobot.field("robots_file", robots_file,
-                {.help = "a file of `arkmesh fit robots`: where each robot's LED is, in place of led_offset_deg"});
-  kilobot.field("board_height_m", tracking.body.board_m, {{0, 0.2}, "m", "of robots' boards above the arena"});
+                {.help = "a file of `arkmesh fit robots` with each robot's LED bearing, instead of led_offset_deg"});
+  kilobot.field("board_height_m", tracking.body.board_m, {{0, 0.2}, "m", "height of robots' boards above the arena"});
   enum class Identity { spelled, ark } identity = known_to_ark ? Identity::ark : Identity::spelled;
   kilobot.field(
       "identity", identity,
       {.help = "\"ark\": robots' programs know ARK's messages 120 and 119 only", .one_of = {"spelled", "ark"}});
   known_to_ark = identity == Identity::ark;
   kilobot.field("record", record,
-                {.help = "keep serial bytes and pictures in this new folder, for `arkmesh testbed replay`"});
+                {.help = "record serial bytes and pictures in this new folder, for `arkmesh testbed replay`"});
   kilobot.field("cameras", cameras);
 }
 

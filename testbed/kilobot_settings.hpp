@@ -21,7 +21,7 @@ namespace arkmesh::testbed {
 struct CameraSettings {
   std::string source;                 // required: a number, /dev/video..., or URL
   std::filesystem::path calibration;  // required: a file of `arkmesh calibrate`
-  std::string name;                   // camera: its name there, when the file holds several
+  std::string name;                   // camera: its name in that file, when the file contains several
   double latency_ms = 0;  // from light to the time of a picture: its driver's at this machine, else its arrival
   tracker::CameraControls controls;
 

@@ -50,8 +50,8 @@ PlacedCamera::PlacedCamera(std::size_t number, std::string source, std::string r
   }
   counters.add("camera.no_landmarks");
   spdlog::info(
-      "the calibration of the camera {} has no landmarks of the arena, so nobody can tell whether the camera was moved "
-      "since; calibrate it again: {}",
+      "the calibration of the camera {} has no landmarks of the arena, so a later move of the camera cannot be "
+      "detected; calibrate it again: {}",
       source_, remedy_);
 }
 
@@ -105,7 +105,7 @@ bool PlacedCamera::at_start(Verdict verdict, hal::Counters& counters) {
   if ((moved_ > 0 || verdict == Verdict::moved) && ++moved_ == moved_enough) {
     counters.add("camera.moved_at_start");
     error_ = fmt::format(
-        "the camera {} was moved since it was calibrated, and the landmarks in sight do not tell where it hangs now; "
+        "the camera {} was moved since it was calibrated, and the visible landmarks do not determine its new position; "
         "calibrate it again: {}",
         source_, remedy_);
     spdlog::warn("{}", error_);
@@ -127,7 +127,7 @@ void PlacedCamera::learn(const cv::Mat& picture, const tracker::TableTracker& tr
   counters.add("camera.unrecognised_at_start");
   spdlog::warn(
       "the camera {} does not show the landmarks of its calibration: the arena has changed since, or the camera was "
-      "moved far. Its places are used as they are; look whether the drawn border lies on the real one, and calibrate "
+      "moved far. Its poses are used unchanged; check that the drawn border lies on the real one, and calibrate "
       "it "
       "again: {}",
       source_, remedy_);

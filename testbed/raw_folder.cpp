@@ -134,11 +134,11 @@ std::optional<SerialEvent> SerialLines::next() {
                                                                 {"heard", Kind::heard},     {"end", Kind::end}};
   const std::string_view word = take_word(rest);
   const auto kind = std::ranges::find(kinds, word, &std::pair<std::string_view, Kind>::first);
-  if (kind == std::end(kinds)) lines_.refuse("says nothing that a serial line does");
+  if (kind == std::end(kinds)) lines_.refuse("is not an entry of a serial line");
   SerialEvent out{.time_us = *time, .kind = kind->second, .bytes = {}, .about = {}};
   if (out.kind == Kind::wrote || out.kind == Kind::heard) {
     auto bytes = bytes_of(rest);
-    if (!bytes) lines_.refuse("does not hold whole bytes in hexadecimal");
+    if (!bytes) lines_.refuse("does not contain whole bytes in hexadecimal");
     out.bytes = std::move(*bytes);
   } else {
     out.about = rest;
@@ -162,7 +162,7 @@ std::optional<std::variant<LookLine, FrameLine>> LookLines::next() {
   LookLine out{.now = hal::LabTime(*first), .time_us = *second, .camera = {}};
   while (!rest.empty()) {
     auto seen = looked_at(take_word(rest));
-    if (!seen) lines_.refuse("names no picture as a record does");
+    if (!seen) lines_.refuse("names no picture in the form of a record");
     out.camera.push_back(std::move(*seen));
     if (out.camera.size() > most_cameras) lines_.refuse(fmt::format("has more than {} cameras", most_cameras));
   }

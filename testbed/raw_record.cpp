@@ -201,7 +201,7 @@ std::shared_ptr<RawRecord> make_record(const hal::Section& kilobot, const Kilobo
   if (settings.record.empty()) return nullptr;
   std::error_code error;
   if (fs::exists(settings.record, error) && !fs::is_empty(settings.record, error))
-    kilobot.refuse("record", "is a folder that holds something; give another one");
+    kilobot.refuse("record", "is a folder that is not empty; name another one");
   return std::make_shared<RawRecord>(
       RawRecord::Settings{{.folder = settings.record,
                            .patient = !real_time,

@@ -134,7 +134,7 @@ void RecordWriter::write(const Picture& picture) {
   const fs::space_info space = fs::space(settings_.folder, error);
   if (!error && space.available < settings_.keep_free_bytes) {
     fail("raw.not_recorded.disk_full",
-         fmt::format("the disk of {} has less than {} MB left: no more pictures are recorded, and the run goes on",
+         fmt::format("the disk of {} has less than {} MB left: no more pictures are recorded, and the run continues",
                      settings_.folder.string(), settings_.keep_free_bytes >> 20));
     const std::lock_guard lock(mutex_);
     disk_full_ = true;

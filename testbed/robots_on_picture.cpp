@@ -37,9 +37,9 @@ std::string nothing_found(double diameter_px) {
   const tracker::DetectorSettings all;
   const std::string range = fmt::format("{:g} to {:g} px across", all.smallest_diameter_px, all.largest_diameter_px);
   return diameter_px > 0
-             ? fmt::format("no robot of about {:g} px across was found; without --diameter those of {} are looked for",
+             ? fmt::format("no robot of about {:g} px across was found; without --diameter the search covers {}",
                            diameter_px, range)
-             : fmt::format("no robot was found; those of {} were looked for: tell their size with --diameter", range);
+             : fmt::format("no robot was found; the search covered {}: give their size with --diameter", range);
 }
 
 double led_heading_rad(const tracker::Detection& robot) {
@@ -137,7 +137,7 @@ cv::Mat explained(const cv::Mat& bgr, const std::vector<tracker::Detection>& rob
       fmt::format("{} found (green: rim and confidence; blue: usual cell; white: where an LED can be)", robots.size()),
       fmt::format("{} looked at and not found (orange: confidence, and what speaks most against it)",
                   explanation.not_found.size())};
-  if (explanation.cells_first) lines.push_back("the coin cells were found first, then the bodies round them");
+  if (explanation.cells_first) lines.push_back("the coin cells were found first, then the bodies around them");
   for (std::size_t i = 0; i < std::min<std::size_t>(explanation.sizes.size(), 5); ++i)
     lines.push_back(fmt::format("{} {:.1f} px across: {:.2f}", i == 0 ? "evidence for the size:" : "then",
                                 2 * explanation.sizes[i].r_px, explanation.sizes[i].votes));

@@ -97,7 +97,7 @@ class LeftOut {
     fmt::print(stderr, "arkmesh: {}; left out\n", what);
   }
   void sum_up() const {
-    if (all_ > said_singly) fmt::print(stderr, "arkmesh: {} in all were left out\n", hal::counted(all_, "picture"));
+    if (all_ > said_singly) fmt::print(stderr, "arkmesh: {} in total were skipped\n", hal::counted(all_, "picture"));
   }
   bool any() const { return all_ > 0; }
 
@@ -112,8 +112,8 @@ bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::
   const auto calibration = calibration_of(options);
   const auto recording = tracker::open_recording(options.source);
   if (recording->rate_is_guess())
-    fmt::print(stderr, "arkmesh: {} does not tell when its pictures were taken; times assume {:g} a second\n",
-               options.source, recording->pictures_per_s());
+    fmt::print(stderr, "arkmesh: {} has no time stamps; times assume {:g} pictures a second\n", options.source,
+               recording->pictures_per_s());
   tracker::TableTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, recording->pictures_per_s(), stop);
   const auto all = recording->pictures();

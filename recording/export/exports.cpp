@@ -153,8 +153,8 @@ Exported export_mcap(const Run& run, const std::filesystem::path& file, Watch& w
     for (std::size_t i = 0; i < stream.channels.size(); ++i)
       if (stream.channels[i].type && stream.channels[i].refused > 0)  // else it is in the run's own notes
         out.notes.push_back(fmt::format(
-            "{}: left out: {} on {}, damaged, of a type that this version does not know or of another version "
-            "than those before",
+            "{}: left out: {} on {}, damaged, of a type unknown to this version or of another version than the earlier "
+            "ones",
             stream.lab->name, hal::counted(stream.channels[i].refused, "message"), stream.lab->log->channels()[i]));
   out.summary =
       fmt::format("{} with {}", hal::counted(mcap.channels(), "channel"), hal::counted(mcap.messages(), "message"));

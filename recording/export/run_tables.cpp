@@ -76,8 +76,8 @@ void write_messages(const RecordedLab& lab, const std::string& group, TableSink&
         channel.tables = std::make_unique<MessageTables>(sink, group, channel.name, *type);
     }
     const std::string_view damage = type ? check(*type, message) : std::string_view();
-    const std::string why = !type                  ? "of a type that this version does not know"
-                            : type != channel.type ? "of another version than those before"
+    const std::string why = !type                  ? "of a type unknown to this version"
+                            : type != channel.type ? "of another version than the earlier ones"
                             : !damage.empty()      ? fmt::format("damaged ({})", damage)
                                                    : "";
     if (why.empty() && channel.tables)

@@ -21,7 +21,8 @@ constexpr std::size_t max_opened = 32;
 constexpr std::int64_t max_moments = 10'000;
 constexpr std::size_t max_rows = 5000, max_columns = 200;  // of a batch's table
 constexpr std::int64_t max_t_us = 1'000'000'000'000'000;   // 30 years; what is reckoned with times does not overflow
-constexpr const char* too_much = "that is more than can wait for one viewer; ask for fewer moments or channels";
+constexpr const char* too_much =
+    "the answer is larger than the buffer of one viewer; ask for fewer moments or channels";
 
 // A whole number of a request, or nothing.
 std::optional<std::int64_t> whole(const json& object, const char* key) {
@@ -70,7 +71,7 @@ RecordedDesk::Opened& RecordedDesk::named_in(const json& object) {
   const std::size_t count = std::max<std::size_t>(1, batch_.size());
   const auto number = object.contains("run") ? whole(object, "run") : 0;
   if (!number || *number < 0 || std::cmp_greater_equal(*number, count))
-    throw hal::ConfigError(fmt::format("run is the number of a run, from 0 to {}", count - 1));
+    throw hal::ConfigError(fmt::format("run must be the number of a run, from 0 to {}", count - 1));
   const auto wanted = static_cast<std::size_t>(*number);
   if (const auto found = std::ranges::find(opened_, wanted, &Opened::number); found != opened_.end())
     opened_.splice(opened_.begin(), opened_, found);
@@ -144,7 +145,7 @@ json RecordedDesk::about(Opened& shown) const {
 }
 
 void RecordedDesk::command(const json&, view::Answer& answer) {
-  answer.refuse("this run is a recording; nothing in it takes commands");
+  answer.refuse("this run is a recording and accepts no commands");
 }
 
 void RecordedDesk::request(const json& what, view::Answer& answer) {
@@ -163,13 +164,13 @@ void RecordedDesk::request(const json& what, view::Answer& answer) {
 }
 
 void RecordedDesk::table(view::Answer& answer) const {
-  if (batch_.empty()) return answer.refuse("this is no batch; it is one run, or two that are compared");
+  if (batch_.empty()) return answer.refuse("this is not a batch but one run, or two in comparison");
   const std::filesystem::path folder = batch_.front().parent_path().parent_path();
   const CsvTable runs = read_csv_table(folder / "runs.csv");
   const auto number = runs.find("run"), seed = runs.find("seed");
   if (!number || !seed || *seed < 2)
     return answer.refuse(
-        "there is no whole runs.csv yet; it is written when the batch ends, or by arkmesh batch --gather");
+        "runs.csv is not complete yet; it is written when the batch ends, or by arkmesh batch --gather");
   const std::size_t columns = std::min(runs.columns.size(), max_columns);
   std::map<std::string, std::size_t> recorded;
   for (std::size_t i = 0; i < batch_.size(); ++i) recorded.emplace(batch_[i].filename().string(), i);

@@ -227,8 +227,8 @@ Comparison compare(const Run& a, const Run& b) {
 }
 
 std::string Comparison::in_words() const {
-  if (labs == 0) return "the runs have no lab with a hash.csv in common";
-  if (!first) return fmt::format("the runs are equal in all of the {} that both have", hal::counted(periods, "period"));
+  if (labs == 0) return "no lab has a hash.csv in both runs";
+  if (!first) return fmt::format("the runs are equal in all {} that both have", hal::counted(periods, "period"));
   return fmt::format("the runs first differ in period {}, in lab {}, at {:g} s", first->period, first->lab,
                      static_cast<double>(first->t_us) / 1e6);
 }

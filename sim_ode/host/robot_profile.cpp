@@ -47,7 +47,8 @@ struct RobotKeys {
     robot.field("dead_duty", dead_duty, {{1, 255}, "", "a motor stands below it"});
     robot.field("start_duty", start_duty, {{0, 255}, "", "a motor at rest stays so below it, until it is spun up"});
     robot.field("charge", charge, {{0, 1}, "", "of its battery at the start"});
-    robot.field("led_bearing_deg", led_bearing_deg, {{-180, 180}, "deg", "of its LED, counter-clockwise from ahead"});
+    robot.field("led_bearing_deg", led_bearing_deg,
+                {{-180, 180}, "deg", "bearing of its LED, counter-clockwise from ahead"});
     robot.field("led_bearing_error_deg", led_bearing_error_deg, {{0, 180}, "deg", "its standard error, for a tracker"});
     robot.field("clock_slow", clock_slow, {{-0.025, 0.025}, "", "share by which its clock is slow; negative: fast"});
     robot.field("ir_gain", ir_gain, {{0, 10}, "", "factor on the reach of its messages"});

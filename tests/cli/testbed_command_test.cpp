@@ -64,7 +64,7 @@ TEST_CASE("testbed: a run is recorded and replayed") {
 
   const TestbedEnd again = testbed_command(folder, record);
   CHECK(again.code == 2);
-  CHECK(again.says("is a folder that holds something"));
+  CHECK(again.says("is a folder that is not empty"));
   const TestbedEnd simulated = testbed_command(
       folder, {"testbed", "record", testbed_experiments + "dhtf/roark.toml", "--out", folder.path() / "none"});
   CHECK(simulated.code == 2);

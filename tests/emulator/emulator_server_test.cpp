@@ -321,7 +321,7 @@ TEST_CASE("the control port takes no commands from a browser") {
       if (n > 0) got.append(some, static_cast<std::size_t>(n));
       return n == 0 || (n < 0 && errno == ECONNRESET);
     }));
-    CHECK(got.starts_with("error: this port takes no HTTP"));
+    CHECK(got.starts_with("error: this port accepts no HTTP"));
     CHECK(std::count(got.begin(), got.end(), '\n') == 1);
     CHECK(server.counters()["control.refused.http"] == ++refused);
   }

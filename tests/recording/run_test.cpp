@@ -164,8 +164,7 @@ TEST_CASE("two runs differ from the first period with another hash") {
   CHECK(comparison.first->period == 2);
   CHECK(comparison.first->lab == "shark");
   b.write("hash.csv", "period,hash\n0,aa\n1,bb\n2,cc\n3,ee\n");
-  CHECK(compare(Run(a.path()), Run(b.path())).in_words() ==
-        "the runs are equal in all of the 3 periods that both have");
+  CHECK(compare(Run(a.path()), Run(b.path())).in_words() == "the runs are equal in all 3 periods that both have");
 }
 
 TEST_CASE("a row of moments gives each message once, and goes on where the row before ended") {

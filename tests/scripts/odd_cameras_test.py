@@ -210,7 +210,7 @@ class OddCameras(EmulatedLab):
         self.assertEqual(code, 3, self.said("lab")[-1500:])  # ended by its operator, and robots were seen to stand
         for name in ("camera.gone", "camera.refused.damaged", "camera.refused.changed"):
             self.assertGreater(result["counters"].get(f"arena.{name}", 0), 0, f"{name} of {result['counters']}")
-        for sentence in ("does not answer", "is connected and sends no pictures", "has ended its stream", "(404)", "(5xx)", "is a web page", "now gives pictures of"):
+        for sentence in ("does not answer", "is connected and sends no pictures", "has ended its stream", "(404)", "(5xx)", "is a web page", "now sends pictures of"):
             self.assertIn(sentence, self.said("lab"))
 
 

@@ -121,7 +121,7 @@ TEST_CASE("exposure, gain and white balance of a stream are refused by name") {
         "\"http://127.0.0.1:1/camera\"\ncalibration = \"camera.yaml\"\n" +
         key + " = 1000\n";
     CHECK_THROWS_WITH_AS(std::ignore = lab_settings(hal::Config::from_text(text, "lab.toml")),
-                         doctest::Contains((key + " = 1000.0: can be set of a camera at this machine only").c_str()),
+                         doctest::Contains((key + " = 1000.0: can be set only for a camera at this machine").c_str()),
                          hal::ConfigError);
   }
 }

@@ -45,10 +45,10 @@ TEST_CASE("record: lines that no record has are refused with their number") {
            {serial + "-1 open\n", "file.txt:2: this line does not begin with a time"},
            {serial + "604800000001 open\n", "file.txt:2: this line does not begin with a time"},
            {serial + "5 open\n4 end\n", "file.txt:3: this line has an earlier time"},
-           {serial + "5 burst 55\n", "file.txt:2: this line says nothing that a serial line does"},
-           {serial + "5 wrote 5\n", "file.txt:2: this line does not hold whole bytes"},
-           {serial + "5 wrote 5g\n", "file.txt:2: this line does not hold whole bytes"},
-           {serial + "5 wrote \n", "file.txt:2: this line does not hold whole bytes"},
+           {serial + "5 burst 55\n", "file.txt:2: this line is not an entry of a serial line"},
+           {serial + "5 wrote 5\n", "file.txt:2: this line does not contain whole bytes"},
+           {serial + "5 wrote 5g\n", "file.txt:2: this line does not contain whole bytes"},
+           {serial + "5 wrote \n", "file.txt:2: this line does not contain whole bytes"},
            {serial + "5 wrote " + std::string(70'000, '5') + "\n", "file.txt:2: this line is longer than any line"}}) {
     const std::string why = complaint_of<testbed::SerialLines>(wrong.text);
     CAPTURE(why);
@@ -66,10 +66,10 @@ TEST_CASE("record: lines that no record has are refused with their number") {
            {looks + "look 1 1 - - - - -\n", "has more than 4 cameras"},
            {looks + "look 1 1 -\nlook 2 2 - -\n", "file.txt:3: this line has another number of cameras"},
            {looks + "look 2 2 -\nlook 1 2 -\n", "has an earlier time"},
-           {looks + "look 1 1 ../../etc/passwd@1\n", "names no picture as a record does"},
-           {looks + "look 1 1 00/../1.png@1\n", "names no picture as a record does"},
-           {looks + "look 1 1 000001.png\n", "names no picture as a record does"},
-           {looks + "look 1 1 .png@1\n", "names no picture as a record does"}}) {
+           {looks + "look 1 1 ../../etc/passwd@1\n", "names no picture in the form of a record"},
+           {looks + "look 1 1 00/../1.png@1\n", "names no picture in the form of a record"},
+           {looks + "look 1 1 000001.png\n", "names no picture in the form of a record"},
+           {looks + "look 1 1 .png@1\n", "names no picture in the form of a record"}}) {
     const std::string why = complaint_of<testbed::LookLines>(wrong.text);
     CAPTURE(why);
     CHECK(why.find(wrong.said) != std::string::npos);

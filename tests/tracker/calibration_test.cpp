@@ -190,7 +190,7 @@ TEST_CASE("a file keeps calibrations, and others are refused by name") {
     CHECK(kept[0].grey == landmarks[0].grey);
     CHECK(kept[0].rough == landmarks[0].rough);
   }
-  CHECK(contains(refusal([&] { read_calibration(file); }), "which is meant: camera0, camera1"));
+  CHECK(contains(refusal([&] { read_calibration(file); }), "name one: camera0, camera1"));
   CHECK(contains(refusal([&] { read_calibration(file, "north"); }), "no camera north"));
   CHECK(contains(refusal([&] { read_calibration(folder.path() / "none.yaml"); }), "no such"));
   CHECK(contains(refusal([&] { write_calibrations(folder.path() / "no" / "folder.yaml", cameras); }),
@@ -214,7 +214,7 @@ TEST_CASE("a file keeps calibrations, and others are refused by name") {
       "distortion_coefficients: [], rotation: [ 1, 0, 0, 0, -1, 0, 0, 0, -1 ], translation: [ 0, 0, 1 ]";
   CHECK(reason(whole + " }\n").empty());
   CHECK(contains(reason(whole + ", landmarks: 3 }\n"), "landmarks should be a list"));
-  CHECK(contains(reason(whole + ", landmarks: [ 3 ] }\n"), "a landmark is no map"));
+  CHECK(contains(reason(whole + ", landmarks: [ 3 ] }\n"), "a landmark is not a map"));
   CHECK(
       contains(reason(whole + ", landmarks: [ { x_px: 3, y_px: 4, grey: \"0g\" } ] }\n"), "grey should be 529 bytes"));
   CHECK(contains(reason("\x7f"
@@ -254,7 +254,7 @@ TEST_CASE("a lens is taken from calibrations of OpenCV and ROS") {
   CHECK(contains(reason(ros_head + "\ndistortion_model: mirror" + coefficients), "mirror"));
   CHECK(contains(reason(ros_head + "\n"), "distortion_coefficients should hold"));
   const auto file = folder.write("lens.yaml", ros_head + coefficients);
-  CHECK(contains(refusal([&] { read_calibrations(file); }), "describes a lens only"));
+  CHECK(contains(refusal([&] { read_calibrations(file); }), "describes only a lens"));
 }
 
 TEST_CASE("pictures of a chessboard from which no focal length follows are refused, and doubts are said") {

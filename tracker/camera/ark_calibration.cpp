@@ -108,16 +108,15 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) refuse_file(file, "there is no such calibration file");
   const cv::FileStorage in(file.string(), cv::FileStorage::READ);
-  if (!in.isOpened()) refuse_file(file, "is no YAML or XML file as OpenCV writes it");
+  if (!in.isOpened()) refuse_file(file, "is not a YAML or XML file as OpenCV writes it");
   const auto ks = matrices(in, "k"), rs = matrices(in, "r");
   std::vector<cv::Point2f> corners;
   for (const char digit : {'1', '2', '3', '4'})
     if (const auto found = corner(in, digit)) corners.push_back(*found);
   if (ks.empty() || ks.size() != rs.size() || ks.size() > 16 || corners.size() != 4)
-    refuse_file(file,
-                fmt::format("is no ARK calibration: it needs as many 3 x 3 matrices K as R, and corner1 to corner4, "
-                            "and holds {} K, {} R and {} corners",
-                            ks.size(), rs.size(), corners.size()));
+    refuse_file(file, fmt::format("is not an ARK calibration: it needs equally many 3 x 3 matrices K and R, and "
+                                  "corner1 to corner4, and contains {} K, {} R and {} corners",
+                                  ks.size(), rs.size(), corners.size()));
 
   if (!go_round(corners))
     refuse_file(
@@ -174,7 +173,7 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
   }
   return cameras;
 } catch (const cv::Exception&) {
-  refuse_file(file, "is damaged or no YAML or XML file as OpenCV writes it");
+  refuse_file(file, "is damaged or not a YAML or XML file as OpenCV writes it");
 }
 
 }  // namespace arkmesh::tracker

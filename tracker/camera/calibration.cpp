@@ -70,7 +70,7 @@ Calibration::Calibration(CameraData data) : data_(std::move(data)) {
     reach_ = r;
   }
   if (reach_ < farthest / 100)
-    throw std::invalid_argument("the distortion folds the whole picture over; were coefficients exchanged?");
+    throw std::invalid_argument("the distortion folds the whole picture; are coefficients in the wrong order?");
 }
 
 Calibration Calibration::overhead(int width_px, int height_px, double metres_per_px) {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t max_cameras = 16, max_landmarks_read = 1000;
 constexpr std::uintmax_t max_file_bytes = 16u << 20;
-constexpr const char* make_anew = "make the file anew with arkmesh calibrate";
+constexpr const char* make_anew = "create the file again with arkmesh calibrate";
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& sentence) {
   throw std::runtime_error(fmt::format("{}: {}", file.string(), sentence));
@@ -27,7 +27,7 @@ constexpr const char* make_anew = "make the file anew with arkmesh calibrate";
 cv::FileStorage open_file(const std::filesystem::path& file) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error || size > max_file_bytes) refuse(file, "is no calibration: it cannot be read, or is too large");
+  if (error || size > max_file_bytes) refuse(file, "is not a calibration: it cannot be read, or is too large");
   std::ifstream in(file, std::ios::binary);
   std::string text((std::istreambuf_iterator<char>(in)), {});
   const std::size_t first = text.find_first_not_of(" \t\r\n");
@@ -109,7 +109,7 @@ std::vector<Landmark> read_landmarks(const cv::FileNode& camera, const std::file
     refuse(file, fmt::format("camera {}: landmarks should be a list; {}", name, make_anew));
   std::vector<Landmark> out;
   for (const cv::FileNode& node : nodes) {
-    if (!node.isMap()) refuse(file, fmt::format("camera {}: a landmark is no map; {}", name, make_anew));
+    if (!node.isMap()) refuse(file, fmt::format("camera {}: a landmark is not a map; {}", name, make_anew));
     const CameraNode keys(node, file, name);
     out.push_back({.x_px = keys.pixels("x_px"),
                    .y_px = keys.pixels("y_px"),
@@ -154,26 +154,26 @@ NamedCamera read_camera(const cv::FileNode& node, const std::filesystem::path& f
 std::vector<NamedCamera> read_calibrations(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error))
-    refuse(file, "there is no such calibration file; make one with arkmesh calibrate");
+    refuse(file, "there is no such calibration file; create one with arkmesh calibrate");
   try {
     const cv::FileStorage in = open_file(file);
     const cv::FileNode cameras = in.isOpened() ? in["cameras"] : cv::FileNode();
     if (cameras.empty() && in.isOpened() && !in["camera_matrix"].empty())
-      refuse(file, "describes a lens only, not the camera's pose; add that with arkmesh calibrate --intrinsics");
+      refuse(file, "describes only a lens, not the camera's pose; add the pose with arkmesh calibrate --intrinsics");
     if (!cameras.isSeq() || cameras.size() == 0)
-      refuse(
-          file,
-          "holds no cameras; make a calibration with arkmesh calibrate (of an ARK calibration: with its --import-ark)");
+      refuse(file,
+             "contains no cameras; create a calibration with arkmesh calibrate (from an ARK calibration: with "
+             "--import-ark)");
     if (cameras.size() > max_cameras)
-      refuse(file, fmt::format("holds {} cameras; {} are possible", cameras.size(), max_cameras));
+      refuse(file, fmt::format("contains {} cameras; the limit is {}", cameras.size(), max_cameras));
     std::vector<NamedCamera> read;
     for (const cv::FileNode& node : cameras) {
-      if (!node.isMap()) refuse(file, fmt::format("its list of cameras holds something else; {}", make_anew));
+      if (!node.isMap()) refuse(file, fmt::format("its list of cameras contains something else; {}", make_anew));
       read.push_back(read_camera(node, file, read.size()));
     }
     return read;
   } catch (const cv::Exception&) {
-    refuse(file, fmt::format("is damaged or no YAML file as OpenCV writes it; {}", make_anew));
+    refuse(file, fmt::format("is damaged or not a YAML file as OpenCV writes it; {}", make_anew));
   }
 }
 
@@ -183,7 +183,7 @@ Lens read_intrinsics(const std::filesystem::path& file) try {
   // as older versions of OpenCV wrote it
   const bool older = root["camera_matrix"].empty() && !root["Camera_Matrix"].empty();
   if (!older && root["camera_matrix"].empty())
-    refuse(file, "is no calibration of OpenCV or ROS: it has no camera_matrix");
+    refuse(file, "is not a calibration of OpenCV or ROS: it has no camera_matrix");
   const CameraNode keys(root, file, "");
   Lens lens;
   lens.width_px = keys.pixels(older ? "image_Width" : "image_width");
@@ -194,7 +194,7 @@ Lens read_intrinsics(const std::filesystem::path& file) try {
       root["distortion_model"].isString() ? static_cast<std::string>(root["distortion_model"]) : "plumb_bob";
   const bool fisheye = model == "equidistant" || model == "fisheye" || static_cast<int>(root["fisheye_model"]) == 1;
   if (!fisheye && model != "plumb_bob" && model != "rational_polynomial")
-    refuse(file, fmt::format("its distortion_model {} is none that arkmesh knows: plumb_bob, rational_polynomial, "
+    refuse(file, fmt::format("its distortion_model {} is unknown; arkmesh knows plumb_bob, rational_polynomial, "
                              "equidistant",
                              model));
   lens.model = fisheye ? LensModel::fisheye : LensModel::pinhole;
@@ -207,7 +207,7 @@ Lens read_intrinsics(const std::filesystem::path& file) try {
   }
   return lens;
 } catch (const cv::Exception&) {
-  refuse(file, "is no YAML or XML as OpenCV or ROS write calibrations");
+  refuse(file, "is not YAML or XML as OpenCV or ROS write calibrations");
 }
 
 NamedCamera read_calibration(const std::filesystem::path& file, const std::string& name) {
@@ -218,8 +218,8 @@ NamedCamera read_calibration(const std::filesystem::path& file, const std::strin
     if (camera.name == name) return camera;
     names += (names.empty() ? "" : ", ") + camera.name;
   }
-  refuse(file, name.empty() ? fmt::format("holds several cameras; say which is meant: {}", names)
-                            : fmt::format("holds no camera {}; it has {}", name, names));
+  refuse(file, name.empty() ? fmt::format("contains several cameras; name one: {}", names)
+                            : fmt::format("contains no camera {}; it has {}", name, names));
 }
 
 void write_calibrations(const std::filesystem::path& file, const std::vector<NamedCamera>& cameras) {

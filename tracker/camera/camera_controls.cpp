@@ -40,16 +40,16 @@ std::string set_one(const Control& one, double value, const std::string& shown, 
   v4l2_queryctrl about{}, automatic{};
   about.id = one.id;
   automatic.id = one.automatic;
-  if (!has(control, about)) return fmt::format("the camera {} has no {} to be set: remove this key", shown, one.key);
+  if (!has(control, about)) return fmt::format("the camera {} has no control {}: remove this key", shown, one.key);
   const double low = about.minimum / one.units, high = about.maximum / one.units;
   if (value < low || value > high)
-    return fmt::format("the camera {} takes {} from {} to {}, not {}", shown, one.key, low, high, value);
+    return fmt::format("the camera {} accepts {} from {} to {}, not {}", shown, one.key, low, high, value);
   const auto wanted = static_cast<std::int32_t>(std::lround(value * one.units));
   v4l2_control set_to{.id = one.id, .value = 0};
   errno = 0;
   if ((has(control, automatic) && !set(control, one.automatic, one.automatic_off)) || !set(control, one.id, wanted) ||
       control(VIDIOC_G_CTRL, &set_to) < 0)
-    return fmt::format("the camera {} does not take {} = {}: {}", shown, one.key, value, std::strerror(errno));
+    return fmt::format("the camera {} rejects {} = {}: {}", shown, one.key, value, std::strerror(errno));
   if (std::abs(set_to.value - wanted) > about.step)  // drivers round
     return fmt::format("the camera {} has {} = {} although it was set to {}: does another program set it?", shown,
                        one.key, set_to.value / one.units, value);

@@ -184,16 +184,16 @@ struct LensFit::Boards {
     std::vector<std::string> out;
     const double fx = fit.matrix.at<double>(0, 0), fy = fit.matrix.at<double>(1, 1);
     if (fit.focal_sigma_px > worst_focal * fx)
-      out.push_back(fmt::format("the focal length {:.0f} px is known to {:.0f} px only; add pictures at other slants",
+      out.push_back(fmt::format("the focal length {:.0f} px is uncertain by {:.0f} px; add pictures at other slants",
                                 fx, fit.focal_sigma_px));
     if (std::abs(fx / fy - 1) > worst_aspect)
       out.push_back(fmt::format(
-          "the focal lengths {:.0f} x {:.0f} px differ, as no camera's do; add pictures at other slants", fx, fy));
+          "the focal lengths {:.0f} x {:.0f} px differ more than any camera's; add pictures at other slants", fx, fy));
     const double off_x = fit.matrix.at<double>(0, 2) / (size.width - 1) - 0.5,
                  off_y = fit.matrix.at<double>(1, 2) / (size.height - 1) - 0.5;
     if (std::max(std::abs(off_x), std::abs(off_y)) > worst_middle)
       out.push_back(fmt::format(
-          "the lens's middle {:.0f},{:.0f} lies far from that of the pictures; add pictures at other slants",
+          "the principal point {:.0f},{:.0f} is far from the pictures' centre; add pictures at other slants",
           fit.matrix.at<double>(0, 2), fit.matrix.at<double>(1, 2)));
     std::vector<cv::Point2f> all;
     for (const auto& found : corners) all.insert(all.end(), found.begin(), found.end());
@@ -225,9 +225,9 @@ LensFit::~LensFit() = default;
 
 bool LensFit::add(const cv::Mat& picture) {
   if (!boards_->corners.empty() && picture.size() != boards_->size)
-    throw std::runtime_error(
-        fmt::format("is {} x {} pixels and those before are {} x {}; all must come from one camera at one resolution",
-                    picture.cols, picture.rows, boards_->size.width, boards_->size.height));
+    throw std::runtime_error(fmt::format(
+        "has {} x {} pixels and the earlier ones have {} x {}; all must come from one camera at one resolution",
+        picture.cols, picture.rows, boards_->size.width, boards_->size.height));
   cv::Mat grey = picture;
   if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   const cv::Size size(boards_->board.columns, boards_->board.rows);
@@ -253,12 +253,12 @@ FittedLens LensFit::fit() const {
   if (boards_->copies > 0 && boards_->corners.size() < min_pictures)
     throw std::runtime_error(fmt::format(
         "{} of the pictures show the chessboard as others do, which leaves {} different, and {} are needed; "
-        "hold it at different slants all over the view",
+        "hold it at different slants across the whole view",
         boards_->copies, boards_->corners.size(), min_pictures));
   if (boards_->corners.size() < min_pictures)
     throw std::runtime_error(
-        fmt::format("a chessboard is seen in {} of the pictures, and {} are needed; hold it at different slants all "
-                    "over the view, and count its inner corners: {} x {} are looked for, as of {} x {} squares",
+        fmt::format("a chessboard was found in {} pictures, and {} are needed; hold it at different slants across the "
+                    "whole view, and count its inner corners: the search is for {} x {}, those of {} x {} squares",
                     boards_->corners.size(), min_pictures, boards_->board.columns, boards_->board.rows,
                     boards_->board.columns + 1, boards_->board.rows + 1));
   const Fit pinhole = boards_->pinhole(), fisheye = boards_->fisheye();
@@ -270,10 +270,10 @@ FittedLens LensFit::fit() const {
         fmt::format("no lens fits these pictures (the best is {:.1f} pixels off); are --board and the pictures right?",
                     taken.error_px));
   if (const double slant = Boards::slant_deg(taken.rotations); slant < min_slant_deg)
-    throw std::runtime_error(fmt::format(
-        "the chessboards all lie at one slant (within {:.0f} degrees), and from that no focal length follows; "
-        "hold them at slants of 20 to 40 degrees to each side",
-        slant));
+    throw std::runtime_error(
+        fmt::format("all chessboards have the same slant (within {:.0f} degrees), which does not determine the focal "
+                    "length; hold them at slants of 20 to 40 degrees to each side",
+                    slant));
   FittedLens fitted;
   fitted.doubts = boards_->doubts(taken);
   fitted.lens = as_lens(bent ? LensModel::fisheye : LensModel::pinhole, boards_->size, taken);
@@ -286,7 +286,7 @@ FittedLens LensFit::fit() const {
 
 CameraData place_camera(const Lens& lens, std::span<const Mark> marks, double arena_width_m, double arena_height_m) {
   if (marks.size() < 4)
-    throw std::runtime_error(fmt::format("a camera's place takes four marks or more, not {}", marks.size()));
+    throw std::runtime_error(fmt::format("a camera's pose needs four marks or more, not {}", marks.size()));
   CameraData data;
   data.lens = lens;
   data.arena_width_m = arena_width_m;
@@ -301,14 +301,14 @@ CameraData place_camera(const Lens& lens, std::span<const Mark> marks, double ar
     const auto at = straightener.to_arena(mark.in_pixels, 0);
     if (!at)
       throw std::runtime_error(
-          fmt::format("the point {:.0f},{:.0f} is outside what this lens can see", mark.in_pixels.x, mark.in_pixels.y));
+          fmt::format("the point {:.0f},{:.0f} is outside this lens's view", mark.in_pixels.x, mark.in_pixels.y));
     straight.emplace_back(at->x, -at->y);
     table.emplace_back(mark.in_arena.x, mark.in_arena.y, 0);
   }
   if (narrow(marks))
-    throw std::runtime_error("the marks lie on one line; take some on both sides of it, all over what the camera sees");
+    throw std::runtime_error("the marks lie on one line; add some on both sides of it, across the camera's whole view");
   const char* const wrong =
-      "no camera sees these points at such places of the table; are the points and --arena right?";
+      "no camera can see these points at these places of the table; are the points and --arena right?";
   try {
     cv::Mat turned, moved, rotation;
     if (!cv::solvePnP(table, straight, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turned, moved, false,
@@ -328,7 +328,7 @@ CameraData place_camera(const Lens& lens, std::span<const Mark> marks, double ar
     for (const Mark& mark : marks) {
       const auto pixel = placed.to_pixel(mark.in_arena, 0);
       const auto place = placed.to_arena(mark.in_pixels, 0);
-      if (!pixel || !place) throw std::invalid_argument("one is outside what this lens can see");
+      if (!pixel || !place) throw std::invalid_argument("one is outside this lens's view");
       square_px += std::pow(pixel->x - mark.in_pixels.x, 2) + std::pow(pixel->y - mark.in_pixels.y, 2);
       square_m += std::pow(place->x - mark.in_arena.x, 2) + std::pow(place->y - mark.in_arena.y, 2);
     }
@@ -336,7 +336,7 @@ CameraData place_camera(const Lens& lens, std::span<const Mark> marks, double ar
     data.error_mm = 1000 * std::sqrt(square_m / static_cast<double>(marks.size()));
   } catch (const std::invalid_argument& why) {
     throw std::runtime_error(fmt::format(
-        "these points put the camera where none can be ({}); are the points and --arena right?", why.what()));
+        "these points put the camera at an impossible place ({}); are the points and --arena right?", why.what()));
   }
   return data;
 }
@@ -349,7 +349,7 @@ CameraData place_camera(const Lens& lens, const std::vector<Point>& corners, dou
   for (int i = 0; i < 4; ++i)
     if (!(turn(corners[i], corners[(i + 1) % 4], corners[(i + 2) % 4]) > 0))
       throw std::runtime_error(
-          "the corners must go round the arena clockwise from its north-west one, as they are in the picture");
+          "the corners must be in clockwise order from the arena's north-west one, as they are in the picture");
   const double east = arena_width_m / 2, north = arena_height_m / 2;
   const Mark marks[] = {{corners[0], {-east, north}},
                         {corners[1], {east, north}},

@@ -58,7 +58,7 @@ JpegVideo::JpegVideo(const std::string& file, cv::Size size, double pictures_per
     : name_(file), file_(std::make_unique<File>()) {
   if (!file_->open(file, size, av_d2q(pictures_per_s, 1'000'000)))
     throw std::runtime_error(
-        fmt::format("cannot write the video {}; does the folder exist, and has the disk free space?", file));
+        fmt::format("cannot write the video {}; does the folder exist, and does the disk have free space?", file));
 }
 
 JpegVideo::~JpegVideo() = default;

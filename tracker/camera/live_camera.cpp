@@ -164,7 +164,7 @@ class LiveCamera final : public CameraFeed {
       if (picture.channels() == 1 && !picture.empty()) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
       in_vain = take(std::move(picture), at, std::move(jpeg)) ? 0 : in_vain + 1;
     }
-    return fmt::format("the camera {} gives no pictures any more", shown_);
+    return fmt::format("the camera {} no longer sends pictures", shown_);
   }
 
   // With the mutex.
@@ -179,7 +179,7 @@ class LiveCamera final : public CameraFeed {
     counters_.add("camera.refused.damaged", count);
     if (error_ == none_yet_)
       error_ = fmt::format(
-          "the camera {} sends pictures, but none of them could be decoded so far (arithmetic coding is not supported)",
+          "the camera {} sends pictures, but none could be decoded so far (arithmetic coding is not supported)",
           shown_);
   }
 
@@ -192,10 +192,10 @@ class LiveCamera final : public CameraFeed {
     if (picture.size() != size_) {
       counters_.add("camera.refused.changed");
       refused_at_ = Clock::now();
-      fail(fmt::format(
-          "the camera {} now gives pictures of {} x {} pixels in place of {} x {}: they are not used; set it back, or "
-          "calibrate it at this resolution and start again",
-          shown_, picture.cols, picture.rows, size_.width, size_.height));
+      fail(
+          fmt::format("the camera {} now sends pictures of {} x {} pixels instead of {} x {}: they are not used; set "
+                      "it back, or calibrate it at this resolution and restart",
+                      shown_, picture.cols, picture.rows, size_.width, size_.height));
       return false;
     }
     any_ = true;
@@ -219,7 +219,7 @@ class LiveCamera final : public CameraFeed {
   Clock::time_point refused_at_{};  // one of another size
   Clock::time_point at_;            // of newest_
   Arrival arrived_, given_;         // of newest_, and of the picture that newest() gave last
-  const std::string none_yet_ = fmt::format("no picture has come yet from {}", shown_);
+  const std::string none_yet_ = fmt::format("no picture has arrived yet from {}", shown_);
   std::string error_ = none_yet_;
   std::vector<std::string> faults_;
   hal::Counters counters_;

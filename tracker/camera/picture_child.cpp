@@ -85,10 +85,9 @@ PictureChild::Event PictureChild::next(const std::function<bool()>& stop) {
   Event event;
   PictureRecord& record = event.record;
   const auto broken = [&] {
-    if (silent_) return failed(fmt::format("reading {} hung, and was given up", source_.shown));
+    if (silent_) return failed(fmt::format("reading {} hung and was abandoned", source_.shown));
     if (stop()) return failed("");
-    return failed(
-        fmt::format("reading {} ended by a fault of the decoder, which a damaged picture can cause", source_.shown));
+    return failed(fmt::format("the decoder failed while reading {}; a damaged picture can cause that", source_.shown));
   };
   if (!read(&record, sizeof record, stop)) return broken();
   const auto is_picture_of = [&](int width, int height) {

@@ -82,7 +82,7 @@ class Reader {
     const std::map<int, const char*> sentences{
         {AVERROR(ECONNREFUSED), "nothing listens at {}: is the camera on, and are its address and port right?"},
         {AVERROR_HTTP_UNAUTHORIZED,
-         "the camera {} refuses the name or the password (401); write both as in http://NAME:PASSWORD@HOST/"},
+         "the camera {} refuses the name or the password (401); give both as in http://NAME:PASSWORD@HOST/"},
         {AVERROR_HTTP_FORBIDDEN, "the camera {} forbids this page (403); ask its administrator"},
         {AVERROR_HTTP_NOT_FOUND, "there is no stream {} (404): is the path right?"},
         {AVERROR_HTTP_BAD_REQUEST, "the camera {} does not understand the request (400)"},

@@ -188,7 +188,7 @@ std::vector<Candidate> BodySearch::about_diameter(const cv::Mat& bgr, double dia
     };
     if (2 <= std::ranges::count_if(all, [&](const auto& some) { return std::ranges::any_of(some, sees); }))
       return false;
-    object(at, one.evidence, "found at one of three neighbouring sizes only");
+    object(at, one.evidence, "found at only one of three neighbouring sizes");
     return true;
   });
   return robots;
@@ -231,7 +231,7 @@ std::vector<Candidate> BodySearch::at_diameter(const cv::Mat& bgr, double diamet
     if (clutter || candidates[i].evidence < settings_.min_confidence)
       object(candidates[i].circle_fit.circle, candidates[i].evidence,
              candidates[i].evidence < settings_.min_confidence ? judgements[i].objection
-                                                               : "nothing in the picture is a robot beyond doubt");
+                                                               : "nothing in the picture is certainly a robot");
   if (clutter) return {};
   std::erase_if(candidates, [&](const Candidate& one) { return one.evidence < settings_.min_confidence; });
   return united(bgr, {candidates});

@@ -214,15 +214,16 @@ Judgement judgement(const Candidate& candidate, const Likeness& others, double t
   const double off = std::abs(circle.r_px / std::max(others.r_at(circle.x_px, circle.y_px), 1.0) - 1);
   const std::pair<double, const char*> factors[] = {
       {candidate.shape, "the edge is no closed circle"},
-      {tolerated(candidate.likeness), "the inside is not like a board round a coin cell"},
+      {tolerated(candidate.likeness), "the inside does not look like a board around a coin cell"},
       // A weak edge among weak edges is as good as a strong one among strong ones.
       {std::max(looks(candidate.weber, candidate.activity), looks(others.weber, others.activity)),
-       "hardly differs from what is round it"},
+       "hardly differs from its surroundings"},
       {ramp(off, tolerance, tolerance / 2), "not as large as the others"},
-      {others.weber > 0 ? ramp(candidate.weber / others.weber, 0.3, 0.6) : 1, "the edge is weaker than the others'"},
+      {others.weber > 0 ? ramp(candidate.weber / others.weber, 0.3, 0.6) : 1,
+       "the edge is weaker than those of other robots"},
       {others.activity > 0 ? ramp(candidate.activity / others.activity, 0.15, 0.4) : 1, "plainer than the others"},
       {candidate.circle_fit.darker == others.darker ? 1 : 0.6,
-       "dark where the others are bright, or bright where dark"}};
+       "dark where the other robots are bright, or bright where they are dark"}};
   Judgement all{1, factors[0].second};
   for (double least = 1; const auto& [value, objection] : factors) {
     all.confidence *= value;

@@ -182,7 +182,7 @@ void MotorCalibrator::look_at_straight(hal::RobotId id, Robot& robot, Trial& tri
 void MotorCalibrator::meet(hal::RobotId id, Robot& robot, Trial& trial, hal::LabTime now) {
   counters_.add("calibration.repeated.contact");
   if (++trial.contacts > max_contacts)
-    return fail(id, robot, trial, "meets others or walls each time; give the robots more room", now);
+    return fail(id, robot, trial, "meets other robots or walls each time; give the robots more room", now);
   if (robot.stage == Stage::straight) return enter(id, robot, trial, Stage::aiming, now);
   begin_errand(id, robot, trial, now);
 }
@@ -220,7 +220,7 @@ void MotorCalibrator::aim(hal::RobotId id, Robot& robot, Trial& trial, const hal
   if (way.free_m < min_way_m) {
     counters_.add("calibration.repeated.no_way");
     if (++trial.contacts > max_contacts)
-      return fail(id, robot, trial, "finds no free way to go straight; give the robots more room", now);
+      return fail(id, robot, trial, "finds no free straight path; give the robots more room", now);
     return begin_errand(id, robot, trial, now);
   }
   const bool too_long = now - *trial.told_at > turn_lasts;
