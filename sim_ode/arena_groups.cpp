@@ -97,7 +97,7 @@ std::vector<GroupSettings> groups_of(const hal::Section& ode, const Settings& se
   for (std::size_t i = 0; i < out.size(); ++i)
     if ((rest -= out[i].robots) < 0)
       ode.section("group", static_cast<int>(i))
-          .refuse("robots", fmt::format("makes more than the arena's {}; take fewer, or more in arena.robots",
+          .refuse("robots", fmt::format("makes more than the arena's {}; use fewer, or more in arena.robots",
                                         hal::counted(robots, "robot")));
   if (rest == 0 && !out.empty()) {
     if (!settings.start_poses.empty())
@@ -128,7 +128,7 @@ std::vector<hal::Pose> start_of(const hal::ArenaConfig& config, const std::vecto
     hal::RandomStream chance(seed, lab + "/ode/start", static_cast<std::uint64_t>(groups[i].table + 1));
     if (!places.add(groups[i].robots, groups[i], chance))
       keys(i).refuse(groups[i].start_at.empty() ? "start" : "start_at",
-                     fmt::format("has no room for {}; make the region or the arena larger, or take fewer",
+                     fmt::format("has no room for {}; enlarge the region or the arena, or use fewer",
                                  hal::counted(groups[i].robots, "robot")));
     if (groups[i].start_poses.empty()) continue;
     if (const std::string error = error_with(places.poses(), config.width_m, config.height_m, furniture);

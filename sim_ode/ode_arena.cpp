@@ -155,7 +155,7 @@ class OdeArena final : public SimulatedArena {
     if (!std::isfinite(pose.heading_rad) ||
         !error_with({pose}, info_.width_m, info_.height_m, world_.solids()).empty() ||
         !std::isfinite(pose.x_m + pose.y_m))
-      return fmt::format("{}, {} is not wholly inside the walls and clear of obstacles and objects", pose.x_m,
+      return fmt::format("{}, {} is not completely inside the walls and clear of obstacles and objects", pose.x_m,
                          pose.y_m);
     if (!world_.in_arena(robot)) overhead_.put_back();
     world_.place(robot, pose);
@@ -384,7 +384,7 @@ std::unique_ptr<hal::Arena> make_ode_arena(const hal::Section& arena, const std:
 
 std::unique_ptr<SimulatedArena> make_simulated_arena(const hal::Section& arena, const std::string& lab,
                                                      std::uint64_t seed, const SimulatedArenaOptions& options) {
-  if (arena.get("pace", 0.0) != 0) arena.refuse("pace", "must be 0: whoever plays the hardware keeps time");
+  if (arena.get("pace", 0.0) != 0) arena.refuse("pace", "must be 0: the emulated hardware keeps time");
   return make(arena, lab, seed, options);
 }
 

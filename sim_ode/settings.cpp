@@ -46,11 +46,11 @@ const char* kilobots_only(const Settings& given, const Settings& own) {
 
 void fields_of_program(const hal::Section& s, ProgramSources& program, int& loops_per_tick,
                        std::vector<std::int64_t>& ids) {
-  s.field("include", program.include, {.help = "folders with headers of that program, beside its own"});
+  s.field("include", program.include, {.help = "folders with headers of that program, besides its own"});
   s.field("define", program.define, {.help = "macros of that program, \"NAME\" or \"NAME=VALUE\""});
   s.field("loops_per_tick", loops_per_tick,
-          {.range = {1, 100'000}, .help = "how often loop is called in a tick; on a robot thousands of times"});
-  s.field("ids", ids, {{0, 65'535}, "", "robots' ids (kilo_uid), ascending; one: that of the first of robots"});
+          {.range = {1, 100'000}, .help = "calls of loop in a tick; on a robot thousands"});
+  s.field("ids", ids, {{0, 65'535}, "", "robots' ids (kilo_uid), ascending; a single one is the first robot's"});
 }
 
 void check_program(const hal::Section& s, const ProgramSources& program, const std::vector<std::int64_t>& ids) {
@@ -64,12 +64,12 @@ void check_program(const hal::Section& s, const ProgramSources& program, const s
 
 void StartSettings::fields(const hal::Section& ode) {
   ode.field("start", start,
-            {.help = "where robots start at random: anywhere, within 0.8 of the sides, or where start_at says",
+            {.help = "region of random starts: anywhere, within 0.8 of the sides, or as start_at says",
              .one_of = {"uniform", "centre80", "box", "disc", "ring", "grid"}});
   ode.field("start_at", start_at,
             {{-100, 100}, "m", "x, y of a centre, then: box width, height; disc radius; ring radii; grid spacing"});
   ode.field("start_poses", start_numbers_,
-            {{-100, 100}, "m, rad", "x, y, heading of each robot in turn; wins over start"});
+            {{-100, 100}, "m, rad", "x, y, heading of each robot in order; overrides start"});
 }
 
 void StartSettings::check(const hal::Section& ode) {
@@ -96,7 +96,7 @@ void StartSettings::check(const hal::Section& ode) {
 
 void GroupSettings::fields(const hal::Section& group) {
   group.field("robots", robots, {{1, 100'000}, "", "how many"});
-  group.field("controller", controller.paths, {.help = "the C file that they run; none: that of [arena.ode]"});
+  group.field("controller", controller.paths, {.help = "the C file that they run. Empty: that of [arena.ode]"});
   fields_of_program(group, controller, loops_per_tick, ids);
   StartSettings::fields(group);
 }
@@ -108,13 +108,13 @@ void GroupSettings::check(const hal::Section& group) {
 
 void PresetKey::fields(const hal::Section& ode) {
   ode.field("preset", preset,
-            {.help = "what keys that are not stated are: simple, or as sources say of real robots",
+            {.help = "defaults of all other keys: simple, or as measured on real robots",
              .one_of = {"ideal", "measured", "measured_0"}});
 }
 
 void RobotKey::fields(const hal::Section& ode) {
   ode.field("robot", robot,
-            {.help = "what robots are: Kilobots, or Thymios, which have wheels and start with a program of their own",
+            {.help = "make of the robots: Kilobots, or Thymios, which have wheels and start with their own program",
              .one_of = {"kilobot", "thymio"}});
 }
 
@@ -126,44 +126,45 @@ void Settings::fields(const hal::Section& ode) {
              .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\"",
              .required = controller.empty() && ode.place("group").empty()});
   fields_of_program(ode, controller, loops_per_tick, ids);
-  ode.field("robots_file", robots_file, {.help = "a file that says what single robots are like"});
+  ode.field("robots_file", robots_file, {.help = "a file with properties of single robots"});
   enum class OnFault { end, leave } on_fault = leave_failed ? OnFault::leave : OnFault::end;
   ode.field("on_fault", on_fault,
-            {.help = "a robot's program that crashes or hangs ends the run, or leaves that robot dead",
+            {.help = "a robot's program that crashes or hangs ends the run, or only stops that robot",
              .one_of = {"end", "leave"}});
   leave_failed = on_fault == OnFault::leave;
   StartSettings::fields(ode);
   ode.field("group", groups);
   ode.field("solver", contacts.solver,
-            {.help = "who solves contacts: ODE, or, for clusters of robots alone, a faster solver of our own",
+            {.help = "solver of contacts: ODE, or a faster one of arkmesh for clusters that hold only robots",
              .one_of = {"ode", "fast"}});
-  ode.field("friction", contacts.friction, {{0, 10}, "", "between bodies and with walls"});
-  ode.field("speed_m_per_s", speed_m_s, {{0, 0.1}, "m/s", "with both motors at their calibrated duty"});
-  ode.field("turn_deg_per_s", turn_deg_per_s, {{0, 360}, "deg/s", "with one motor at its calibrated duty"});
+  ode.field("friction", contacts.friction, {{0, 10}, "", "friction coefficient between bodies and with walls"});
+  ode.field("speed_m_per_s", speed_m_s, {{0, 0.1}, "m/s", "speed with both motors at their calibrated duty"});
+  ode.field("turn_deg_per_s", turn_deg_per_s, {{0, 360}, "deg/s", "turn rate with one motor at its calibrated duty"});
   ode.field("speed_spread", speed_spread, {{0, 0.5}, "", "s.d. of each motor's speed, as a share"});
   ode.field("duty_spread", duty_spread, {{0, 20}, "", "s.d. of the calibrated duties, of 255"});
   ode.field("motion_noise", motion_noise, {{0, 0.5}, "", "s.d. of a factor on speed and turn rate, drawn each tick"});
   ode.field("turn_noise_deg_per_s", turn_noise_deg_per_s,
             {{0, 90}, "deg/s", "s.d. of a turn rate that wanders while a robot moves"});
   ode.field("turn_noise_s", turn_noise_s, {{0, 60}, "s", "correlation time of that turn rate"});
-  ode.field("dead_duty", dead_duty, {{1, 255}, "", "a motor stands below it, of 255"});
-  ode.field("start_duty", start_duty,
-            {{0, 255}, "", "a motor at rest starts at it; with less only after spinup_motors(); 0: at dead_duty"});
+  ode.field("dead_duty", dead_duty, {{1, 255}, "", "a motor does not turn below this duty, of 255"});
+  ode.field(
+      "start_duty", start_duty,
+      {{0, 255}, "", "a motor at rest starts at this duty; below it only after spinup_motors(); 0: at dead_duty"});
   BatterySettings::fields(ode);
   ode.field("lamp", lamp_numbers_, {{-100, 100}, "m", "x, y of each lamp"});
-  ode.field("light_noise", light_noise, {{0, 1023}, "", "ambient light is read wrong by up to so much, of 1023"});
-  ode.field("clock_spread", clock_spread, {{0, 0.025}, "", "a robot's clock is off by up to this share"});
+  ode.field("light_noise", light_noise, {{0, 1023}, "", "largest error of a reading of ambient light, of 1023"});
+  ode.field("clock_spread", clock_spread, {{0, 0.025}, "", "largest relative error of a robot's clock"});
   ode.field("send_spread", send_spread,
-            {{0, 0.025}, "", "the time between two messages of a robot is off by up to this share, each time anew"});
+            {{0, 0.025}, "", "largest relative error of the time between two messages of a robot, drawn each time"});
   ode.field("composite_s", composite, {{0.005, 60}, "s", "time between two composites of the overhead controller"});
   ode.field("overhead_loss", overhead_loss, {{0, 1}, "", "probability that a robot misses a composite"});
   ode.field("infrared", infrared,
-            {.help = "whose rules robots' messages obey: a robot's, or those of ARGoS's plug-in for Kilobots",
+            {.help = "rules of robots' messages: a robot's, or those of ARGoS's plug-in for Kilobots",
              .one_of = {"robot", "argos"}});
   ode.field("argos_tick_s", argos_tick, {{0.001, 1}, "s", "a tick of ARGoS, 1 / ticks_per_second"});
   ode.field("argos_ignore_conflicts", argos_ignore_conflicts,
             {.help = "ARGoS's ignore_conflicts: all robots that send in one tick succeed"});
-  ode.field("ir_range_m", ir_range_m, {{0, 1}, "m", "how far robots' infrared reaches"});
+  ode.field("ir_range_m", ir_range_m, {{0, 1}, "m", "reach of robots' infrared"});
   ode.field("ir_loss", ir_loss, {{0, 1}, "", "probability that a message in range is not received"});
   ode.field("ir_range_spread_m", ir_range_spread_m, {{0, 0.2}, "m", "s.d. of the reach between pairs of robots"});
   ode.field("ir_noise_m", ir_noise_m, {{0, 0.1}, "m", "s.d. of measured distances"});
@@ -175,7 +176,7 @@ void Settings::check(const hal::Section& ode) {
   check_program(ode, controller, ids);
   if (robot != Robot::kilobot)
     if (const char* const key = kilobots_only(*this, settings_of(Preset::ideal, robot)))
-      ode.refuse(key, "is of Kilobots, and robot = \"thymio\" has no such thing; remove it");
+      ode.refuse(key, "applies to Kilobots, and robot = \"thymio\" has no such thing; remove it");
   if (infrared == InfraredRules::argos) {
     for (const char* key : {"send_spread", "overhead_distance_m", "ir_range_spread_m", "ir_noise_m", "ir_noise_per_m",
                             "ir_flat_m", "ir_reading_spread"})

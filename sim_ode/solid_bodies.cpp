@@ -229,7 +229,7 @@ std::string SolidBodies::misplaced() const {
     touches_.clear();
     for (const int wall : {-1, -2, -3, -4}) wall_touches(object, wall, 0, touches_);
     if (!touches_.empty() || (floor_ && floor_->distance_m(object.x, object.y) > 0))
-      return fmt::format("object {} is not wholly inside the walls", i - first_object_);
+      return fmt::format("object {} is not completely inside the walls", i - first_object_);
     for (int j = 0; j < i; ++j) {
       touches_.clear();
       touches_of(placed(object), placed(things_[index(j)]), 0, touches_);

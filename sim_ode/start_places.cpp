@@ -176,7 +176,7 @@ std::string error_with(const std::vector<hal::Pose>& places, double width_m, dou
   std::vector<double> x, y;
   for (const hal::Pose& place : places) {
     if (!is_inside(place.x_m, place.y_m, width_m, height_m, radius_m))
-      return fmt::format("puts robot {} at {}, {}, not wholly inside the walls", x.size(), place.x_m, place.y_m);
+      return fmt::format("puts robot {} at {}, {}, not completely inside the walls", x.size(), place.x_m, place.y_m);
     if (solids.clearance_m(place.x_m, place.y_m, 1) < radius_m - rounding_m)
       return fmt::format("puts robot {} at {}, {}, where an obstacle or an object is", x.size(), place.x_m, place.y_m);
     x.push_back(place.x_m);
@@ -190,7 +190,7 @@ std::string error_with(const std::vector<hal::Pose>& places, double width_m, dou
       const auto j = static_cast<std::size_t>(member.number);
       if (j > i && hal::fixed::hypot(x[j] - x[i], y[j] - y[i]) < 2 * radius_m - rounding_m) other = member.number;
     });
-    if (other >= 0) return fmt::format("puts robots {} and {} nearer than {} m to each other", i, other, 2 * radius_m);
+    if (other >= 0) return fmt::format("puts robots {} and {} closer than {} m to each other", i, other, 2 * radius_m);
   }
   return {};
 }

@@ -32,12 +32,12 @@ void Settings::fields(const hal::Section& cre) {
             {.range = {2, 100}, .unit = "places", .help = "in each row and column of the ground arena; even"});
   cre.field("resources_north", resources_north, {{0, 1e4}, "places", "active at any time"});
   cre.field("resources_south", resources_south, {{0, 1e4}, "places", "likewise"});
-  cre.field("resource_radius_m", resource_radius_m, {{0.001, 100}, "m", "a nearer ground robot harvests"});
+  cre.field("resource_radius_m", resource_radius_m, {{0.001, 100}, "m", "ground robots within this distance harvest"});
   cre.field("sense_radius_m", sense_radius_m,
-            {{0.001, 100}, "m", "of a flying robot's sensor, in metres of the flying arena"});
+            {{0.001, 100}, "m", "radius of a flying robot's sensor, in metres of the flying arena"});
   cre.field("sense_s", sense, {{0.1, 1e3}, "s", "from one reading of a flying robot's sensor to the next"});
   cre.field("hear_radius_m", hear_radius_m,
-            {{0.001, 100}, "m", "how far a ground robot hears a flying one, in metres of the ground arena"});
+            {{0.001, 100}, "m", "range at which a ground robot hears a flying one, in metres of the ground arena"});
   cre.field("wall_zone_m", wall_zone_m, {{0, 100}, "m", "robots sense walls within this distance"});
   cre.field("repeat_s", repeat, {{0.1, 1e3}, "s", "interval between equal messages to a ground robot"});
   cre.field("commit", commit, {.range = {0, 1}, .help = "h: an uncommitted robot commits with probability h v"});
@@ -45,27 +45,27 @@ void Settings::fields(const hal::Section& cre) {
       "recruit", recruit,
       {.range = {0, 1}, .help = "k: recruitment and cross-inhibition, with probability k v of the sender's region"});
   cre.field("abandon", abandon,
-            {.range = {0, 0.3}, .help = "a: a committed robot gives up with probability a / v; 0: it does not"});
-  cre.field("weight", weight, {.range = {0.004, 1}, .help = "w: of each reading in the estimate v"});
+            {.range = {0, 0.3}, .help = "a: a committed robot gives up with probability a / v; 0: never"});
+  cre.field("weight", weight, {.range = {0.004, 1}, .help = "w: weight of each reading in the estimate v"});
   cre.field("decision_s", decision, {{0.1, 25.5}, "s", "from one decision of a flying robot to the next"});
   cre.field("straight_s", straight,
-            {{0.1, 25.5}, "s", "how long a ground robot goes straight that heard a flying one"});
+            {{0.1, 25.5}, "s", "time for which a ground robot goes straight after it heard a flying one"});
   cre.field("decide_together", decide_together,
-            {.help = "all flying robots decide at the same time; otherwise each in a phase of its own"});
+            {.help = "all flying robots decide at the same time; otherwise each has its own phase"});
   cre.field("ignore_zeros", ignore_zeros, {.help = "a reading of zero does not enter the estimate"});
   cre.field("say_once", say_once,
             {.help = "a flying robot sends its opinion once for each decision; otherwise twice a second"});
-  cre.field("rules_repeat_s", rules_repeat, {{1, 1e6}, "s", "how often robots are sent what they do"});
-  cre.field("consensus", consensus, {.range = {0.5, 1}, .help = "share of the flying robots that makes a consensus"});
+  cre.field("rules_repeat_s", rules_repeat, {{1, 1e6}, "s", "interval at which robots are sent their rules"});
+  cre.field("consensus", consensus, {.range = {0.5, 1}, .help = "share of the flying robots that counts as consensus"});
 }
 
 void Settings::check(const hal::Section& cre) const {
-  if (grid % 2 != 0) cre.refuse("grid", "is odd, so that a row of places lies on the border; take an even number");
+  if (grid % 2 != 0) cre.refuse("grid", "is odd, so that a row of places lies on the border; use an even number");
   const int places = grid * grid / 2;
   const auto fit = [&](const char* key, int resources) {
     if (resources < places) return;
     cre.refuse(key, fmt::format("a grid of {0} x {0} has {1} places in each region, of which one must be free for the "
-                                "next resource; take {2} at most, or a larger scenario.cre.grid",
+                                "next resource; use at most {2}, or a larger scenario.cre.grid",
                                 grid, places, places - 1));
   };
   fit("resources_north", resources_north);
@@ -82,7 +82,7 @@ Settings read_settings(const hal::Section& cre, const std::vector<std::string>& 
       cre.refuse(key, fmt::format("{} is no lab of shared.labs ({})", lab, fmt::join(labs, ", ")));
   }
   if (roles.ground == roles.flying)
-    cre.refuse("roles.flying", fmt::format("lab {} plays the ground swarm already; name another lab", roles.ground));
+    cre.refuse("roles.flying", fmt::format("lab {} already plays the ground swarm; name another lab", roles.ground));
   for (const std::string& lab : labs)
     if (lab != roles.ground && lab != roles.flying)
       cre.refuse("roles", fmt::format("give lab {} no role: CRE has one ground and one flying swarm; take it out of "

@@ -8,17 +8,17 @@ void Settings::fields(const hal::Section& dhtf) {
   enum class Cells { all, no_corners } cells = corners ? Cells::all : Cells::no_corners;
   dhtf.field(
       "cells", cells,
-      {.help = "the 16 cells that sites may lie in; \"no_corners\" 12 of them", .one_of = {"all", "no_corners"}});
+      {.help = "the cells where sites may lie: all 16, or 12 with \"no_corners\"", .one_of = {"all", "no_corners"}});
   corners = cells == Cells::all;
   dhtf.field("sites", sites, {.range = {1, 16}, .help = "how many"});
   dhtf.field("types", types,
-             {.help = "easy or hard by chance for each site and lab; \"half\" as many of each",
+             {.help = "easy or hard at random for each site and lab, or equally many of each with \"half\"",
               .one_of = {"random", "half", "easy", "hard"}});
   dhtf.field("site_radius_m", site_radius_m, {{0.001, 100}, "m", "in the shared frame"});
-  dhtf.field("respawn_s", respawn, {{0, 1e6}, "s", "how long an executed task is inactive"});
+  dhtf.field("respawn_s", respawn, {{0, 1e6}, "s", "time for which an executed task is inactive"});
   // at most what one message to a robot carries
   dhtf.field("timeouts_s", timeouts_s,
-             {{1, 1023}, "s", "how long a robot waits: easy in all labs, hard in some, hard in all"});
+             {{1, 1023}, "s", "waiting time of a robot: easy in all labs, hard in some, hard in all"});
   dhtf.field("requirements", requirements,
              {.range = {1, 1000}, .unit = "robots", .help = "needed for a task: [easy, hard]", .sample = "[2, 4]"});
   dhtf.field("wall_zone_m", wall_zone_m, {{0, 100}, "m", "robots sense walls within this distance"});
@@ -29,13 +29,14 @@ void Settings::fields(const hal::Section& dhtf) {
 
 void Settings::check(const hal::Section& dhtf) const {
   if (!corners && sites > 12)
-    dhtf.refuse("sites", "only 12 of the 16 cells are no corners; use fewer sites or cells = \"all\"");
+    dhtf.refuse("sites", "only 12 of the 16 cells are not corners; use fewer sites or cells = \"all\"");
   if (timeouts_s.size() != 3)
     dhtf.refuse("timeouts_s", "needs three numbers: easy in all labs, hard in some, hard in all");
   for (const auto& [lab, robots] : requirements)
     if (robots.size() != 2)
-      dhtf.refuse("requirements." + lab,
-                  fmt::format("say how many robots of lab {0} an easy and a hard task need: {0} = [1, 2]", lab));
+      dhtf.refuse(
+          "requirements." + lab,
+          fmt::format("give the numbers of robots of lab {0} that an easy and a hard task need: {0} = [1, 2]", lab));
 }
 
 Settings read_settings(const hal::Section& dhtf, const std::vector<std::string>& labs) {
@@ -44,7 +45,9 @@ Settings read_settings(const hal::Section& dhtf, const std::vector<std::string>&
     if (!settings.requirements.contains(lab))
       dhtf.refuse(
           "requirements." + lab,
-          fmt::format("is missing: say how many robots of lab {0} an easy and a hard task need: {0} = [1, 2]", lab));
+          fmt::format(
+              "is missing: give the numbers of robots of lab {0} that an easy and a hard task need: {0} = [1, 2]",
+              lab));
   return settings;
 }
 

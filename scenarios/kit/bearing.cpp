@@ -14,7 +14,7 @@ constexpr double circle = 2 * std::numbers::pi;
 
 double steps(double low, double high, int bits) {
   if (bits < 1 || bits > 24 || !(low < high) || !std::isfinite(low) || !std::isfinite(high))
-    throw std::invalid_argument("a number is told in 1 to 24 bits, between two bounds");
+    throw std::invalid_argument("a number needs 1 to 24 bits and two bounds");
   return static_cast<double>(1U << bits);
 }
 

@@ -18,7 +18,7 @@ std::size_t tiles_of(const FloorMap::Size& size) {
     throw std::invalid_argument(fmt::format("a floor of {} x {} tiles is not possible; give 1 to {} on each side",
                                             size.columns, size.rows, most_tiles_a_side));
   if (!(size.width_m > 0) || !(size.height_m > 0) || !std::isfinite(size.width_m) || !std::isfinite(size.height_m))
-    throw std::invalid_argument("a floor has a width and a height");
+    throw std::invalid_argument("a floor needs a width and a height");
   return static_cast<std::size_t>(size.columns) * static_cast<std::size_t>(size.rows);
 }
 
@@ -54,7 +54,7 @@ FloorMap FloorMap::drawn(const Size& size, const std::vector<double>& shares, in
   const double all = std::accumulate(shares.begin(), shares.end(), 0.0);
   if (shares.empty() || shares.size() > 256 || !(all > 0) || !std::isfinite(all) ||
       std::ranges::any_of(shares, [](double s) { return s < 0; }))
-    throw std::invalid_argument("the levels of a floor have shares: 1 to 256 numbers of 0 or more, not all 0");
+    throw std::invalid_argument("the levels of a floor need shares: 1 to 256 numbers of 0 or more, not all 0");
   if (patch < 0 || patch > most_tiles_a_side)
     throw std::invalid_argument(
         fmt::format("patches of {} tiles are not possible; give 0 to {}", patch, most_tiles_a_side));

@@ -23,12 +23,12 @@ Light::Light(Settings settings) : settings_(std::move(settings)) {
   for (const double level : {settings_.ambient, settings_.slope_per_m.x_m, settings_.slope_per_m.y_m})
     if (!std::isfinite(level)) throw std::invalid_argument("light's levels are numbers");
   for (const Beam& beam : settings_.beams) {
-    if (beam.path.empty()) throw std::invalid_argument("a beam needs one place at least in its path");
+    if (beam.path.empty()) throw std::invalid_argument("a beam's path needs at least one place");
     if (!(beam.radius_m > 0) || !std::isfinite(beam.radius_m))
       throw std::invalid_argument(
           fmt::format("a beam's radius of {:g} m is not possible; give a positive one", beam.radius_m));
     if (!(beam.speed_m_s >= 0) || !std::isfinite(beam.speed_m_s) || !std::isfinite(beam.level))
-      throw std::invalid_argument("a beam's speed is 0 or more, and its level a number");
+      throw std::invalid_argument("a beam's speed must be 0 or more, and its level a number");
   }
 }
 

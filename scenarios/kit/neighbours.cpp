@@ -21,7 +21,7 @@ bool shows(const Seen& robot, LedSet leds) {
 void each_near(std::span<const Seen> robots, std::span<const Seen> all, double range_m,
                const std::function<void(std::size_t robot, std::size_t other)>& visit) {
   if (!(range_m > 0) || !std::isfinite(range_m))
-    throw std::invalid_argument("a range of neighbours is a positive number");
+    throw std::invalid_argument("the range of neighbours must be a positive number");
   using Cell = std::pair<std::int64_t, std::int64_t>;
   const auto cell_of = [range_m](const hal::Point& p) {
     const auto along = [range_m](double at) {

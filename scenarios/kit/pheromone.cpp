@@ -37,7 +37,8 @@ Pheromone::Pheromone(const Settings& settings) : settings_(settings) {
                rows = std::ceil(settings.height_m / settings.cell_m - 1e-9);
   if (columns * rows > static_cast<double>(max_cells))
     refuse("cell", settings.cell_m,
-           fmt::format("makes {:.0f} x {:.0f} cells, and {} fit; give larger cells", columns, rows, max_cells).c_str());
+           fmt::format("makes {:.0f} x {:.0f} cells, and the limit is {}; use larger cells", columns, rows, max_cells)
+               .c_str());
   columns_ = std::max(1, static_cast<int>(columns));
   rows_ = std::max(1, static_cast<int>(rows));
   cells_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0);
@@ -69,10 +70,10 @@ double Pheromone::steps(double seconds) const {
                                 std::abs(settings_.wind_y_m_s) / (cell * most_wind_cells)});
   const double steps = std::ceil(seconds * pace), most = std::floor(most_work / static_cast<double>(cells_.size()));
   if (steps > most)
-    throw std::invalid_argument(fmt::format(
-        "a pheromone that spreads or is blown so fast needs {:.0f} steps of {} cells for {:g} s, and {:.0f} "
-        "are the most; give larger cells",
-        steps, cells_.size(), seconds, most));
+    throw std::invalid_argument(
+        fmt::format("a pheromone with this diffusion or wind needs {:.0f} steps of {} cells for {:g} s, and the limit "
+                    "is {:.0f}; use larger cells",
+                    steps, cells_.size(), seconds, most));
   return steps;
 }
 
@@ -132,11 +133,11 @@ hal::Point Pheromone::gradient(const hal::Point& place) const {
 std::uint32_t Pheromone::zones(const hal::Pose& robot, int count, double opening_rad, double radius_m,
                                double least) const {
   if (count < 1 || count > 32 || !(opening_rad > 0 && opening_rad <= 2 * std::numbers::pi) || !(radius_m > 0))
-    throw std::invalid_argument("zones are 1 to 32, within an opening of at most a circle and a positive radius");
-  if (radius_m > most_zone_cells * settings_.cell_m)
     throw std::invalid_argument(
-        fmt::format("zones of {:g} m reach over {:.0f} cells, and {} are the most; give larger cells", radius_m,
-                    radius_m / settings_.cell_m, most_zone_cells));
+        "zones must be 1 to 32, within an opening of at most a full circle and a positive radius");
+  if (radius_m > most_zone_cells * settings_.cell_m)
+    throw std::invalid_argument(fmt::format("zones of {:g} m cover {:.0f} cells, and the limit is {}; use larger cells",
+                                            radius_m, radius_m / settings_.cell_m, most_zone_cells));
   std::uint32_t bits = 0;
   const auto place = [this](double at_m, double side_m, int count_of) {
     return std::clamp(static_cast<int>(std::floor((at_m + side_m / 2) / settings_.cell_m)), 0, count_of - 1);

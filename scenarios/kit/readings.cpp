@@ -26,7 +26,7 @@ Readings::Readings(double every_s, std::vector<Column> columns, std::uint64_t se
       is_perfect_(every_s == 0 && std::ranges::all_of(columns_, [](const Column& c) { return c.noise == 0; })),
       random_(seed, stream) {
   if (!(every_s >= 0) || every_s > 1e6)
-    throw std::invalid_argument(fmt::format("every {:g} s is no rate of readings; give 0 to 1e6 s", every_s));
+    throw std::invalid_argument(fmt::format("readings every {:g} s are not possible; give 0 to 1e6 s", every_s));
   for (const Column& column : columns_)
     if (!(column.noise >= 0) || !std::isfinite(column.noise))
       throw std::invalid_argument(fmt::format("noise of {:g} is not possible; give 0 or more", column.noise));

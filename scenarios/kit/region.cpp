@@ -55,7 +55,7 @@ double signed_area_m2(const std::vector<Point>& corners) {
 
 Region Region::disc(const Point& centre, double radius_m) {
   if (!(radius_m > 0) || !std::isfinite(radius_m) || !std::isfinite(centre.x_m) || !std::isfinite(centre.y_m))
-    throw std::invalid_argument(fmt::format("a disc of radius {} m is no region; give a positive radius", radius_m));
+    throw std::invalid_argument(fmt::format("a disc of radius {} m is not a region; give a positive radius", radius_m));
   Region out;
   out.shape_.radius_m = radius_m;
   out.centre_ = centre;
@@ -64,11 +64,11 @@ Region Region::disc(const Point& centre, double radius_m) {
 
 Region Region::polygon(std::vector<Point> corners) {
   if (corners.size() < 3)
-    throw std::invalid_argument(fmt::format("a polygon has 3 corners or more, not {}", corners.size()));
+    throw std::invalid_argument(fmt::format("a polygon needs at least 3 corners, not {}", corners.size()));
   if (std::ranges::any_of(corners, [](const Point& p) { return !std::isfinite(p.x_m) || !std::isfinite(p.y_m); }))
-    throw std::invalid_argument("a polygon's corners are numbers, and no NaN");
+    throw std::invalid_argument("a polygon's corners must be numbers, not NaN");
   if (crosses_itself(corners)) throw std::invalid_argument("a polygon's sides cross; give its corners in order");
-  if (signed_area_m2(corners) == 0) throw std::invalid_argument("a polygon without area is no region");
+  if (signed_area_m2(corners) == 0) throw std::invalid_argument("a polygon without area is not a region");
   Region out;
   out.shape_.corners = std::move(corners);
   return out;
@@ -114,10 +114,10 @@ void Region::draw(lab::Lab& lab, hal::Colour colour, bool filled, const std::str
 }
 
 Schedule::Schedule(std::vector<Change> changes) : changes_(std::move(changes)) {
-  if (changes_.empty()) throw std::invalid_argument("a schedule has one value at least");
+  if (changes_.empty()) throw std::invalid_argument("a schedule needs at least one value");
   if (std::ranges::adjacent_find(changes_, [](const Change& a, const Change& b) { return !(a.from_s < b.from_s); }) !=
       changes_.end())
-    throw std::invalid_argument("the times of a schedule ascend");
+    throw std::invalid_argument("the times of a schedule must ascend");
 }
 
 double Schedule::at(double time_s) const {

@@ -18,7 +18,7 @@ Resource::Resource(const Settings& settings) : settings_(settings), stock_(setti
     if (!(value >= 0) || !std::isfinite(value))
       throw std::invalid_argument(fmt::format("{:g} is no rate of a resource; give 0 or more", value));
   if (settings.regrows_at_once_below >= settings.capacity)
-    throw std::invalid_argument("a resource that regrows below its capacity would always be full; give less");
+    throw std::invalid_argument("a resource that regrows below its capacity would always be full; lower regrows_below");
 }
 
 // First it grows, by the exact solution of the logistic equation, then robots take.

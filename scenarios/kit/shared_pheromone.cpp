@@ -68,7 +68,7 @@ void SharedPheromone::begin(lab::Lab& lab) const {
   field_.steps(std::chrono::duration<double>(lab.period_length()).count());  // what cannot be is said at once
   if (!lab.tells_all_each_period())
     throw std::invalid_argument(fmt::format(
-        "the pheromone {} needs all of each state; leave out gate.exchange and the periods of its states", name_));
+        "the pheromone {} needs every state completely; remove gate.exchange and the periods of its states", name_));
   lab.declare({.name = field_name_,
                .length = most_cells * most_bytes_of_cell / bytes_in_number + 1,
                .low = 0,

@@ -27,8 +27,7 @@ Voices::Voices(std::string name, int values) : field_name_("kit." + std::move(na
 Voices::Voices(std::string name, int values, double range_m) : Voices(std::move(name), values) {
   range_m_ = range_m;
   if (!(range_m > 0) || !std::isfinite(range_m))
-    throw std::invalid_argument(
-        fmt::format("voices within {:g} m are heard by nobody; give a positive range", range_m));
+    throw std::invalid_argument(fmt::format("nobody hears voices within {:g} m; give a positive range", range_m));
 }
 
 Voices::Voices(std::string name, int values, const std::vector<std::pair<Robot, Robot>>& graph)

@@ -72,7 +72,8 @@ std::optional<Message> Child::next() {
   if (in_.size() < head_bytes) return std::nullopt;
   std::uint32_t size = 0;
   std::memcpy(&size, in_.data(), sizeof size);
-  if (size > max_message) throw std::runtime_error(fmt::format("said {} bytes at once; {} fit", size, max_message));
+  if (size > max_message)
+    throw std::runtime_error(fmt::format("sent {} bytes at once; the limit is {}", size, max_message));
   if (in_.size() < head_bytes + size) return std::nullopt;
   Message message{in_[4], in_.substr(head_bytes, size)};
   in_.erase(0, head_bytes + size);
@@ -91,7 +92,8 @@ void Child::gone() {
   if (!end) throw std::runtime_error("closed its line to the lab");
   if (end->signal != 0) throw std::runtime_error(fmt::format("was killed by signal {}", end->signal));
   if (end->code == 127)
-    throw std::runtime_error("cannot be run: there is no such Python; name one in the environment, as ARKMESH_PYTHON");
+    throw std::runtime_error(
+        "cannot be run: there is no such Python; name one in the environment variable ARKMESH_PYTHON");
   throw std::runtime_error(fmt::format("ended by itself, with exit code {}", end->code));
 }
 

@@ -42,7 +42,7 @@ std::size_t size_of_words(std::string_view answer) {
   if (answer.size() < sizeof size) throw std::runtime_error("gave an answer that is too short");
   std::memcpy(&size, answer.data(), sizeof size);
   if (size % word_bytes != 0 || answer.size() - sizeof size < size)
-    throw std::runtime_error("gave an answer whose words have no whole number");
+    throw std::runtime_error("gave an answer with an incomplete word");
   return size;
 }
 
@@ -51,8 +51,7 @@ std::size_t size_of_words(std::string_view answer) {
 hal::Colour colour_named(const std::string& name) {
   for (const hal::ColourLook& look : hal::colour_looks)
     if (look.name == name) return look.colour;
-  throw std::runtime_error(
-      fmt::format("drew in a colour '{}' that there is not; docs/writing-a-scenario.md has them", name));
+  throw std::runtime_error(fmt::format("drew in an unknown colour '{}'; docs/writing-a-scenario.md lists them", name));
 }
 
 std::string encode_frame(const lab::Lab& lab, const hal::PoseFrame& frame, std::span<const hal::FromRobot> heard) {

@@ -69,7 +69,7 @@ std::chrono::microseconds answer_time(const hal::Section& scenarios) {
   return scenarios.get("answer_s", std::chrono::microseconds(10'000'000),
                        {.range = {0.1, 3600},
                         .unit = "s",
-                        .help = "how long a scenario in Python may take to answer, without its waits for a processor"});
+                        .help = "time that a scenario in Python has to answer, without its waits for a processor"});
 }
 
 std::vector<hal::KeyRow> settings_of(const fs::path& file) {

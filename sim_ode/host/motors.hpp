@@ -33,7 +33,7 @@ struct DriveSettings {
   double turn_noise_s = 1;                 // how long it stays much the same
   int dead_duty = 26;                      // a motor stands below it; kilolib.h: "on" above 10 %
   int start_duty = 0;                      // below it a motor at rest does not start unless it is spun up
-  double clock_spread = 0;                 // a robot's clock is off by up to this share
+  double clock_spread = 0;                 // largest relative error of a robot's clock
   double send_spread = 0.005;              // the time between two messages of a robot is off by up to this share
   // Differential: the rest counts for programs only, whose first motor drives the right wheel, at its fastest at 255.
   hal::RobotDrive drive{.way = hal::RobotDrive::Way::vibration, .axle_behind_m = hal::kilobot::rear_axle_m};

@@ -141,7 +141,7 @@ void RobotHost::tell_at_end() const {
         source);
   if (turns_.measures_overhead() && overhead_is_assumed_)
     spdlog::warn(
-        "the program asks how far away the overhead controller is: by assumption {:.0f} mm, in ARGoS 0; "
+        "the program asks for the distance of the overhead controller: {:.0f} mm by assumption, in ARGoS 0; "
         "arena.ode.overhead_distance_m sets it ({})",
         assumed_overhead_m * 1000, source);
 }
@@ -155,8 +155,8 @@ void RobotHost::tell_of_heap_misuse() {
     if (told_places_.size() == most_places || !told_places_.insert(misuse.bytes ? misuse.from : noticed).second)
       continue;
     const std::string what = misuse.bytes == 0
-                                 ? "gives back what malloc() did not give it, or gave back before,"
-                                 : fmt::format("has written beyond the {} that it got{}: noticed",
+                                 ? "frees memory that malloc() did not return, or that it freed before,"
+                                 : fmt::format("has written beyond the {} that it allocated{}: noticed",
                                                hal::counted(misuse.bytes, "byte"), program_->place_of(misuse.from));
     spdlog::warn("the program of robot {} {}{} at {:.3f} s; only its own memory is damaged ({})",
                  bodies_.number(misuse.robot), what, program_->place_of(noticed),
@@ -180,7 +180,7 @@ std::string RobotHost::words_for(const Fault& fault, const std::string& place) c
       return fault.words;
     case Fault::Kind::hang:
       return fault.instruction && place.empty()
-                 ? "never returns: it calls the library for ever without letting time pass"
+                 ? "never returns: it calls the library forever without letting time pass"
                  : "never returns";
     default:
       if (fault.signal == SIGFPE) return "crashed: division by zero";

@@ -34,18 +34,20 @@ struct RobotKeys {
   void fields(const hal::Section& robot) {
     robot.field("id", id,
                 {.range = {0, 99'999},
-                 .help = "which robot: its id, or from 0 where ids are not stated",
+                 .help = "which robot: its id, or its number from 0 where ids are not stated",
                  .sample = "3",
                  .required = true});
-    robot.field("speed_m_per_s", speed_m_per_s, {{0, 0.1}, "m/s", "with both motors at their calibrated duty"});
-    robot.field("drift_deg_per_s", drift_deg_per_s, {{-180, 180}, "deg/s", "its turn then, counter-clockwise"});
-    robot.field("turn_left_deg_per_s", turn_left_deg_per_s, {{0, 360}, "deg/s", "with the left-turning motor alone"});
+    robot.field("speed_m_per_s", speed_m_per_s, {{0, 0.1}, "m/s", "speed with both motors at their calibrated duty"});
+    robot.field("drift_deg_per_s", drift_deg_per_s, {{-180, 180}, "deg/s", "turn rate then, counter-clockwise"});
+    robot.field("turn_left_deg_per_s", turn_left_deg_per_s,
+                {{0, 360}, "deg/s", "turn rate with the left-turning motor alone"});
     robot.field("turn_right_deg_per_s", turn_right_deg_per_s, {{0, 360}, "deg/s", "with the right-turning motor"});
     robot.field("duties", duties, {{1, 255}, "", "calibrated: turn left, turn right, straight left, straight right"});
-    robot.field("turn_noise_deg_per_s", turn_noise_deg_per_s, {{0, 90}, "deg/s", "s.d. of what its turn rate wanders"});
+    robot.field("turn_noise_deg_per_s", turn_noise_deg_per_s, {{0, 90}, "deg/s", "s.d. of its wandering turn rate"});
     robot.field("turn_noise_s", turn_noise_s, {{0, 60}, "s", "how long that lasts"});
     robot.field("dead_duty", dead_duty, {{1, 255}, "", "a motor stands below it"});
-    robot.field("start_duty", start_duty, {{0, 255}, "", "a motor at rest stays so below it, until it is spun up"});
+    robot.field("start_duty", start_duty,
+                {{0, 255}, "", "a motor at rest stays at rest below this duty, until it is spun up"});
     robot.field("charge", charge, {{0, 1}, "", "of its battery at the start"});
     robot.field("led_bearing_deg", led_bearing_deg,
                 {{-180, 180}, "deg", "bearing of its LED, counter-clockwise from ahead"});
@@ -139,10 +141,10 @@ void read_profiles(const std::filesystem::path& file, const DriveSettings& setti
     if (number >= profiles.size() || (!ids.empty() && *place != id))
       table.refuse("id", profiles.empty() ? "there are no robots in the arena"
                          : ids.empty()    ? fmt::format("the arena's robots are 0 to {}", profiles.size() - 1)
-                                          : "is none of the arena's robots, whose ids arena.ode.ids gives");
+                                          : "is not one of the arena's robots; arena.ode.ids lists their ids");
     const auto [first, is_new] = places.emplace(id, table.place("id"));
     if (!is_new)
-      table.refuse("id", fmt::format("robot {} stands at {} already; give each one table", id, first->second));
+      table.refuse("id", fmt::format("robot {} has a table at {} already; use one table for each", id, first->second));
     said.robots[k].lay_over(settings, profiles[number]);
   }
 }

@@ -118,7 +118,7 @@ TEST_CASE("robots are taken, put, killed and revived by hand") {
   CHECK(emulator.truth()[1].seen.pose.heading_rad == doctest::Approx(1.5708));  // its own
   CHECK(emulator.command(by_id + " put 0.2 0.1") == "ok");
   CHECK(emulator.command("robot 0 put 0.2 0.1 0").find("robot 1 stands there") != std::string::npos);
-  CHECK(emulator.command("robot 0 put 5 0 0").find("not wholly inside") != std::string::npos);
+  CHECK(emulator.command("robot 0 put 5 0 0").find("not completely inside") != std::string::npos);
   CHECK(emulator.command("robot 1 kill") == "ok");
   emulator.advance_to(emulator.now() + ms(100));
   CHECK(led_of(emulator, 1) == hal::Led::off);

@@ -181,16 +181,16 @@ class PythonScenario(unittest.TestCase):
                              ("os.kill(os.getpid(), signal.SIGKILL)", "mine.py was killed by signal 9"),
                              ("os.kill(os.getpid(), signal.SIGSTOP)", "mine.py: no answer for 5 s"),
                              ("time.sleep(100)", "mine.py:4: no answer for 5 s"),
-                             ("lab.tell(lab.seen[:2])", "mine.py:4: ValueError: who is a mask of 5 rows"),
-                             ("lab.tell([77])", "mine.py:4: ValueError: robot 77 is none"),
+                             ("lab.tell(lab.seen[:2])", "mine.py:4: ValueError: who must be a mask of 5 rows"),
+                             ("lab.tell([77])", "mine.py:4: ValueError: this lab has no robot 77"),
                              ("lab.tell([0], value=numpy.nan)", "mine.py:4: ValueError: value must be whole numbers"),
-                             ("lab.tell([0], value=[1, 2])", "mine.py:4: ValueError: value is one number, or 1 of them"),
-                             ("lab.message(b'123', 5)", "mine.py:4: ValueError: data is nine bytes, and not 3"),
-                             ("lab.message([1, 2, 1 << 24], 5)", "mine.py:4: ValueError: data is nine bytes, or three whole numbers"),
+                             ("lab.tell([0], value=[1, 2])", "mine.py:4: ValueError: value must be one number, or 1,"),
+                             ("lab.message(b'123', 5)", "mine.py:4: ValueError: data must be nine bytes, not 3"),
+                             ("lab.message([1, 2, 1 << 24], 5)", "mine.py:4: ValueError: data must be nine bytes, or three whole numbers"),
                              ("lab.parameters(bytes(9), 128)", "mine.py:4: ValueError: message_type must be 0 to 127"),
                              ("lab.drive([0], 0.1, 0.1)", "mine.py:4: ValueError: drive: a kilobot has no wheels"),
-                             ("lab.whole_to_one = False; lab.message(bytes(9), 5, who=[0])", "mine.py:4: ValueError: who: this arena carries"),
-                             ("lab.row('t', x='7' * (1 << 27))", "said 134217")):
+                             ("lab.whole_to_one = False; lab.message(bytes(9), 5, who=[0])", "mine.py:4: ValueError: who: an overhead controller cannot send a whole message"),
+                             ("lab.row('t', x='7' * (1 << 27))", "sent 134217")):
             with self.subTest(line):
                 # only who hangs is given up soon: a busy machine takes some seconds to answer
                 (self.folder / "a.toml").write_text(LAB.replace("answer_s = 600", f"answer_s = {5 if 'no answer' in wanted else 600}"))
@@ -416,12 +416,12 @@ int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
     def test_bad_settings_of_the_kit_are_one_sentence(self):
         """Before anything starts: no robots move, and the file and line are named."""
         (self.folder / "no.png").write_text("no image")
-        for asked, sentence in (("eyes(0)", "sectors must be 1 to 16, and is 0"), ("trail('t', 100, 100, cell=0.001)", "100000 x 100000 cells, and 1048576 fit"),
-                                ("floor('f', 1, 1, 4, 4, image='no.png')", "no.png cannot be read as an image"), ("floor('f', 1, 1, 4, 4, image='none.png')", "there is no image"),
+        for asked, sentence in (("eyes(0)", "sectors must be 1 to 16, not 0"), ("trail('t', 100, 100, cell=0.001)", "100000 x 100000 cells, and the limit is 1048576"),
+                                ("floor('f', 1, 1, 4, 4, image='no.png')", "no.png cannot be read as an image"), ("floor('f', 1, 1, 4, 4, image='none.png')", "cannot read the image"),
                                 ("floor('f', 1, 1, 100000, 4, image='no.png')", "columns must be 1 to 1000"), ("region(corners=[(0,0),(1,1),(1,0),(0,1)])", "a polygon's sides cross"),
-                                ("needs_airtime(500)", "500 words a second are more than the 54.5"), ("crowd(0.1, noise=-1)", "noise must be 0 to 1e+06, and is -1"),
-                                ("voices('v', 2, graph=[(('z', 1), ('a', 2))])", "a graph joins robot 1 of z, and the labs are a"), ("light(slope=(1,))", "slope is two numbers"),
-                                ("voices('v', 2, graph=[3])", "a graph is pairs of robots"), ("light(beams=[3])", "a beam has a path")):
+                                ("needs_airtime(500)", "500 words a second exceed the 54.5"), ("crowd(0.1, noise=-1)", "noise must be 0 to 1e+06, not -1"),
+                                ("voices('v', 2, graph=[(('z', 1), ('a', 2))])", "a graph joins robot 1 of z, and the labs are a"), ("light(slope=(1,))", "slope must be two numbers"),
+                                ("voices('v', 2, graph=[3])", "a graph must be pairs of robots"), ("light(beams=[3])", "a beam needs a path")):
             code, printed = self.run_it(f"import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    lab.{asked}\n", "--force",
                                         "--set", "arena.use=ode", "--set", f"arena.ode.controller={ROOT}/tests/programs/labs_random_walk.c")
             self.assertNotEqual(code, 0, asked)
@@ -522,12 +522,12 @@ class Mine(arkmesh.Scenario):
             ("series.late", "", "", True), ("series.lit.robots", "lit", "robots", True), ("colour.site_hard", "hard 0/1 + 4/2", "", False), ("led.4", "walks", "", False)])
         self.assertEqual((self.folder / "out/a/curves.csv").read_text().splitlines(), ["time_s,trips,late", "0,2,0", "1,6,0", "2,10,0", "3,14,0", "4,18,0"])
         self.assertIn(b"hard 0/1 + 4/2", (self.folder / "out/a/log.lcm").read_bytes())
-        for line, wanted in (("lab.show('a,b')", "mine.py:4: ValueError: 'series.a,b': names"), ("lab.show('a', 'x' * 121)", "are of one line and 120 bytes"),
-                             ("lab.legend('mauve', 'x')", "mine.py:4: ValueError: legend of 'mauve': it is of an LED, 0 to 8, or of one of note, other"), ("lab.legend(9, 'x')", "legend of 9")):
+        for line, wanted in (("lab.show('a,b')", "mine.py:4: ValueError: 'series.a,b': names"), ("lab.show('a', 'x' * 121)", "must be one line of at most 120 bytes"),
+                             ("lab.legend('mauve', 'x')", "mine.py:4: ValueError: legend of 'mauve': must be an LED, 0 to 8, or one of note, other"), ("lab.legend(9, 'x')", "legend of 9")):
             shutil.rmtree(self.folder / "out")
             self.fails(FRAME.replace("frame", "begin") + line + "\n", wanted)
         shutil.rmtree(self.folder / "out")
-        self.fails(FRAME + "lab.show('a')\n", "mine.py:4: RuntimeError: series.a: say in begin()")
+        self.fails(FRAME + "lab.show('a')\n", "mine.py:4: RuntimeError: series.a: declare in begin()")
 
     def test_nothing_is_known_of_robots_that_were_never_seen(self):
         """Numbers are NaN, whole numbers -1, masks False and LEDs 8, of the lab and of each piece, until a frame holds the robot."""
@@ -630,12 +630,12 @@ class Mine(arkmesh.Scenario):
     def test_a_name_that_means_something_else_is_refused_where_it_is_given(self):
         """In the class as in a method: `every` that is no whole number, and what hides what the lab calls."""
         begin = "import arkmesh, numpy\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    "
-        for text, wanted in ((begin + "self.every = lab.setting('gps_s', 1.5)", "mine.py:4: ValueError: `every` says that frame() gets each k-th frame"),
-                             (begin + "self.every = 0", "mine.py:4: ValueError: `every` says"), (begin + "self.every = True", "mine.py:4: ValueError: `every` says"),
-                             ("import arkmesh\nclass Mine(arkmesh.Scenario):\n  every = 0.5\n", "mine.py:2: ValueError: `every` says"),
-                             (begin + "self.period = 2.0", "mine.py:4: ValueError: `period` is what the lab calls; give 2.0 another name"),
-                             (begin + "self.finished = False", "mine.py:4: ValueError: `finished` is what the lab calls"),
-                             ("import arkmesh\nclass Mine(arkmesh.Scenario):\n  frame = 3\n", "mine.py:2: ValueError: `frame` is what the lab calls")):
+        for text, wanted in ((begin + "self.every = lab.setting('gps_s', 1.5)", "mine.py:4: ValueError: `every` must be a whole number from 1 (frame() gets each k-th frame)"),
+                             (begin + "self.every = 0", "mine.py:4: ValueError: `every` must be"), (begin + "self.every = True", "mine.py:4: ValueError: `every` must be"),
+                             ("import arkmesh\nclass Mine(arkmesh.Scenario):\n  every = 0.5\n", "mine.py:2: ValueError: `every` must be"),
+                             (begin + "self.period = 2.0", "mine.py:4: ValueError: the lab calls `period`; give 2.0 another name"),
+                             (begin + "self.finished = False", "mine.py:4: ValueError: the lab calls `finished`"),
+                             ("import arkmesh\nclass Mine(arkmesh.Scenario):\n  frame = 3\n", "mine.py:2: ValueError: the lab calls `frame`")):
             with self.subTest(text):
                 shutil.rmtree(self.folder / "out", ignore_errors=True)
                 self.fails(text, wanted)
@@ -675,28 +675,28 @@ class Mine(arkmesh.Scenario):
     def test_pieces_that_are_none(self):
         begin = "import arkmesh, math\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    "
         for text, wanted in [(begin + "lab.region(corners=[(0, 0), (1, 1), (1, 0), (0, 1)])", "mine.py:4: a polygon's sides cross; give its corners in order"),
-                             (begin + "lab.region(centre=(0, 0), radius=0)", "mine.py:4: a disc of radius 0 m is no region"),
-                             (begin + "lab.region(centre=(0, 0), radius=1, resource={'size': 1})", "mine.py:4: ValueError: a resource is a dict that may have capacity"),
-                             (begin + "lab.floor('f', 1, 1, 5000, 2)", "mine.py:4: ValueError: columns must be 1 to 1000, and is 5000"),
-                             (begin + "lab.floor('f', 1, 1, 2, 2, tiles=[1])", "mine.py:4: ValueError: tiles are 2 x 2 levels"),
+                             (begin + "lab.region(centre=(0, 0), radius=0)", "mine.py:4: a disc of radius 0 m is not a region"),
+                             (begin + "lab.region(centre=(0, 0), radius=1, resource={'size': 1})", "mine.py:4: ValueError: a resource must be a dict with any of capacity"),
+                             (begin + "lab.floor('f', 1, 1, 5000, 2)", "mine.py:4: ValueError: columns must be 1 to 1000, not 5000"),
+                             (begin + "lab.floor('f', 1, 1, 2, 2, tiles=[1])", "mine.py:4: ValueError: tiles must be 2 x 2 levels"),
                              (begin + "lab.voices('v', 65, 1)", "mine.py:4: ValueError: values must be 1 to 64"),
-                             (begin + "lab.eyes(0)", "mine.py:4: ValueError: sectors must be 1 to 16, and is 0"),
+                             (begin + "lab.eyes(0)", "mine.py:4: ValueError: sectors must be 1 to 16, not 0"),
                              (begin + "lab.crowd(math.nan)", "mine.py:4: ValueError: reach must be"),
-                             (begin + "lab.trail('a b', 1, 1, 0.1)", "ValueError: the name of a trail is a word"),
+                             (begin + "lab.trail('a b', 1, 1, 0.1)", "ValueError: the name of a trail must be a word"),
                              (begin + "lab.trail('t', 1, 1, 1e-6)", "mine.py:4: cell = 1e-06 of a pheromone: makes 1000000 x 1000000 cells"),
-                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(0, 1, 1, 1))", "mine.py:4: ValueError: the number of zones must be 1 to 32, and is 0"),
-                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(4,))", "mine.py:4: ValueError: zones are how many"),
-                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(4, 3, 50, 0))", "mine.py:4: zones of 50 m reach over 500 cells"),
-                             (begin + "lab.trail('t', 1, 1, 0.1, cap=math.inf)", "mine.py:4: ValueError: cap must be 0 to 1e+12, and is inf"),
-                             (begin + "lab.trail('t', 2, 2, 0.002, diffusion=4e-3)", "mine.py:4: a pheromone that spreads or is blown so fast needs"),
+                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(0, 1, 1, 1))", "mine.py:4: ValueError: the number of zones must be 1 to 32, not 0"),
+                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(4,))", "mine.py:4: ValueError: zones must be a number"),
+                             (begin + "lab.trail('t', 1, 1, 0.1, zones=(4, 3, 50, 0))", "mine.py:4: zones of 50 m cover 500 cells"),
+                             (begin + "lab.trail('t', 1, 1, 0.1, cap=math.inf)", "mine.py:4: ValueError: cap must be 0 to 1e+12, not inf"),
+                             (begin + "lab.trail('t', 2, 2, 0.002, diffusion=4e-3)", "mine.py:4: a pheromone with this diffusion or wind needs"),
                              (begin + "lab.trail('t', 1, 1, 0.1); lab.voices('t', 2, 1)", "mine.py:4: ValueError: there is a trail or voices 't' already"),
                              (begin + "lab.floor('f', 1, 1, 2, 2); lab.floor('f', 1, 1, 2, 2)", "mine.py:4: ValueError: there is a floor 'f' already"),
                              (begin + "lab.declare('x'); lab.declare('x')", "mine.py:4: ValueError: field 'x' is declared already"),
                              (begin + "lab.declare('kit.x')", "mine.py:4: ValueError: field 'kit.x' is one of the kit"),
-                             (begin + "lab.eyes(2.7)", "mine.py:4: ValueError: sectors is a whole number, and not 2.7"),
-                             (begin + "lab.eyes(robots=True)", "mine.py:4: ValueError: robots is a number, and not True"),
-                             (begin + "lab.floor('f', 1, 1, 2, 1, tiles=[[math.nan, 1]])", "mine.py:4: ValueError: tiles are whole numbers of 0 to 255"),
-                             (begin + "lab.region(centre=(0, 0), radius=1, resource={'rate': 'fast'})", "mine.py:4: ValueError: rate of a resource is a number"),
+                             (begin + "lab.eyes(2.7)", "mine.py:4: ValueError: sectors must be a whole number, not 2.7"),
+                             (begin + "lab.eyes(robots=True)", "mine.py:4: ValueError: robots must be a number, not True"),
+                             (begin + "lab.floor('f', 1, 1, 2, 1, tiles=[[math.nan, 1]])", "mine.py:4: ValueError: tiles must be whole numbers from 0 to 255"),
+                             (begin + "lab.region(centre=(0, 0), radius=1, resource={'rate': 'fast'})", "mine.py:4: ValueError: rate of a resource must be a number"),
                              (begin + "lab.voices('v', 2, graph=[(('a', 1), ('a', 99))])", "mine.py:4: ValueError: a graph joins robot 99 of a"),
                              (FRAME + "lab.eyes(4)", "mine.py:4: RuntimeError: eyes: ask for pieces of the kit in begin()")]:
             with self.subTest(text):

@@ -89,13 +89,13 @@ class ToldByName(unittest.TestCase):
                              (first + "lab.row('t', y=1, z=3)", "and this row is without x and with z"),
                              (first + "lab.row('t', x=1, **{'x': 2, 'y': 3})", "multiple values for keyword argument 'x'"),
                              (first + "lab.row('t')", "a row has a column at least"), ("lab.row('t')", "a row has a column at least"),
-                             ("lab.row('t', **{'a,b': 1})", "hold no comma"), ("lab.row('t', **{'': 1})", "a name is not empty"),
-                             ("lab.row('hash', x=1)", "and not hash or audit or curves"), (f"lab.row('{'t' * 300}', x=1)", "64 of them at most"),
-                             ("lab.count('seed')", "is none of run, setting"), ("lab.count('lit@a')", "without @"), ("lab.count('')", "a name is a text"),
+                             ("lab.row('t', **{'a,b': 1})", "must not contain commas"), ("lab.row('t', **{'': 1})", "a name must not be empty"),
+                             ("lab.row('hash', x=1)", "and is not hash or audit or curves"), (f"lab.row('{'t' * 300}', x=1)", "at most 64"),
+                             ("lab.count('seed')", "not one of run, setting"), ("lab.count('lit@a')", "without @"), ("lab.count('')", "a name must be one line"),
                              ("lab.setting('v', 3, low=5)", "setting 'v': the default 3 is not within low=5"),
                              ("lab.setting('v', 9.5, high=5)", "the default 9.5 is not within"),
-                             ("lab.setting('v', 'c', one_of=['a', 'b'])", "the default 'c' is none of a, b"),
-                             ("lab.setting('v', 3); lab.setting('v', 4)", "setting 'v' is asked for twice")):
+                             ("lab.setting('v', 'c', one_of=['a', 'b'])", "the default 'c' is not one of a, b"),
+                             ("lab.setting('v', 3); lab.setting('v', 4)", "setting 'v' is requested twice")):
             with self.subTest(line):
                 (self.folder / "mine.py").write_text(f"import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    {line}\n")
                 code, said = self.command("run", *self.labs("a"), "--out", "out", "--force")

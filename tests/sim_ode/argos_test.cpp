@@ -220,7 +220,7 @@ TEST_CASE("argos: programs that depend on it do by it what their authors saw, an
   };
   for (const auto& [program, sentence] : {std::pair{"best_of_two.c", "types above 127"},
                                           {"empty_checksum.c", "their checksum does not"},
-                                          {"near_words.c", "by assumption 143 mm, in ARGoS 0"}}) {
+                                          {"near_words.c", "143 mm by assumption, in ARGoS 0"}}) {
     const std::string name = program;
     CAPTURE(name);
     const auto [agree, nothing] = run(program, "infrared = \"argos\"");

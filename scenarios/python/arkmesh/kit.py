@@ -52,7 +52,7 @@ class Kit:
         """
         sectors = _whole("sectors", sectors, 1, 16)
         if half_planes and around:
-            raise ValueError("half_planes are of the half circle in front; leave around out")
+            raise ValueError("half_planes cover the half circle in front; omit around")
         return self._sensor(Eyes, {"piece": "eyes", "sectors": sectors, "reach": _number("reach", reach, 1e-6, 1e3), "around": bool(around),
                                    "margin": _number("margin", margin, 0, 1e3), "half_planes": bool(half_planes),
                                    "robots": None if robots is None else _number("robots", robots, 0, 1e3)}, noise, every_s, sectors)
@@ -100,7 +100,7 @@ class Kit:
         asked = {"piece": "trail", "name": _name("a trail", name), "wind": _pair("wind", wind), "zones": None, "full": _number("full", full, 0)}
         if zones is not None:
             if numpy.shape(zones) != (4,):
-                raise ValueError(f"zones are how many, their opening, radius and least value, and not {zones!r}")
+                raise ValueError(f"zones must be a number, an opening, a radius and a least value, not {zones!r}")
             asked["zones"] = [_whole("the number of zones", zones[0], 1, 32), *(_number("zones", z, 0) for z in zones[1:])]
         for key, value in [("width", width), ("height", height), ("cell", cell), ("half_life", half_life), ("linear", linear),
                            ("diffusion", diffusion), ("cap", cap), ("cut_off", cut_off)]:
@@ -128,18 +128,18 @@ class Kit:
             As people see it; a colour by its meaning, as of circle().
         """
         if (centre is None) == (corners is None) or (centre is None) != (radius is None):
-            raise ValueError("a region is a disc with centre and radius, or has corners")
+            raise ValueError("a region needs centre and radius, or corners")
         known = {"capacity": 1.0, "growth": 0.0, "rate": 0.0, "pairs": False, "shared": False, "regrows_below": 0.0}
         if resource is not None:
             if not isinstance(resource, dict) or set(resource) - set(known):
-                raise ValueError(f"a resource is a dict that may have {', '.join(known)}, and not {resource!r}")
+                raise ValueError(f"a resource must be a dict with any of {', '.join(known)}, not {resource!r}")
             resource = {**known, **resource}
             if resource["pairs"] and resource["shared"]:
                 raise ValueError("a resource is used by pairs or shared, not both")
             resource = {key: bool(value) if key in ("pairs", "shared") else _number(f"{key} of a resource", value, 0) for key, value in resource.items()}
         places = numpy.asarray([centre] if corners is None else corners, dtype=float)
         if places.ndim != 2 or places.shape[1] != 2 or not numpy.isfinite(places).all():
-            raise ValueError(f"places of a region are pairs of numbers, and these have the shape {places.shape}")
+            raise ValueError(f"places of a region must be pairs of numbers, not an array of shape {places.shape}")
         asked = {"piece": "region", "corners": places.tolist(), "radius": None if radius is None else _number("radius", radius, 0), "resource": resource, "leds": _leds(leds)}
         if resource is not None:
             self._must_be_alike("resource", sum(key.startswith("resource.") for key in self._alike), asked)
@@ -173,14 +173,14 @@ class Kit:
         columns, rows = _whole("columns", columns, 1, 1000), _whole("rows", rows, 1, 1000)
         if image is not None:
             if tiles is not None:
-                raise ValueError("a floor is given as tiles or as an image, not as both")
+                raise ValueError("a floor needs tiles or an image, not both")
             tiles = self._tiles_of(image, columns, rows, _whole("levels", levels, 2, 256))
         if tiles is not None:
             tiles = numpy.asarray(tiles)
             if tiles.shape != (rows, columns):
-                raise ValueError(f"tiles are {rows} x {columns} levels of 0 to 255, and these have the shape {tiles.shape}")
+                raise ValueError(f"tiles must be {rows} x {columns} levels of 0 to 255, not an array of shape {tiles.shape}")
             if tiles.dtype.kind not in "buif" or not ((tiles >= 0) & (tiles <= 255) & (tiles == numpy.floor(tiles))).all():
-                raise ValueError("tiles are whole numbers of 0 to 255, and these hold others")
+                raise ValueError("tiles must be whole numbers from 0 to 255")
             shares = [1] * (int(tiles.max()) + 1 if tiles.max() > 0 else 2)
             if image is not None:
                 shares = [1] * int(levels)
@@ -199,9 +199,9 @@ class Kit:
         try:
             data = path.read_bytes()
         except OSError as error:
-            raise ValueError(f"there is no image {path} that can be read: {error.strerror}") from error
+            raise ValueError(f"cannot read the image {path}: {error.strerror}") from error
         if len(data) > LARGEST_IMAGE:
-            raise ValueError(f"{image} has {len(data)} bytes, and {LARGEST_IMAGE} are the most; give a smaller image")
+            raise ValueError(f"{image} has {len(data)} bytes, and the limit is {LARGEST_IMAGE}; use a smaller image")
         if path.is_relative_to(self._file.parent) and ".." not in path.relative_to(self._file.parent).parts:
             self._files[path.relative_to(self._file.parent).as_posix()] = data  # kept with the run, so that it can be repeated
         try:
@@ -209,7 +209,7 @@ class Kit:
                 if opened.mode.startswith(("I", "F")):  # Pillow gives 16 bits as 32
                     deep = numpy.asarray(opened)
                     if deep.min() < 0 or deep.max() > 65535 or opened.mode == "F":
-                        raise ValueError("its greys have 32 bits; give 8 or 16")
+                        raise ValueError("it has 32-bit greys; use 8 or 16 bits")
                     opened = Image.fromarray((deep >> 8).astype(numpy.uint8))
                 elif opened.mode in ("RGBA", "LA", "PA") or "transparency" in opened.info:  # what is transparent is white
                     opened = Image.alpha_composite(Image.new("RGBA", opened.size, "white"), opened.convert("RGBA"))
@@ -269,10 +269,10 @@ class Kit:
         given = []
         for beam in beams:
             if not isinstance(beam, dict) or "path" not in beam or set(beam) - {"path", "radius", "level", "speed"}:
-                raise ValueError(f"a beam has a path, and may have radius, level and speed, and this one is {beam!r}")
+                raise ValueError(f"a beam needs a path, and may have radius, level and speed, not {beam!r}")
             path = numpy.asarray(beam["path"], dtype=float).reshape(-1, 2)
             if not numpy.isfinite(path).all():
-                raise ValueError("a beam's path is places, pairs of numbers")
+                raise ValueError("a beam's path must be places, as pairs of numbers")
             given.append({"path": path.tolist(), "radius": _number("radius", beam.get("radius", 0.1), 1e-6, 1e4),
                           "level": _number("level", beam.get("level", 1023), -1e6, 1e6), "speed": _number("speed", beam.get("speed", 0), 0, 1e3)})
         return self._sensor(Light, {"piece": "light", "ambient": _number("ambient", ambient, -1e6, 1e6), "slope": _pair("slope", slope, -1e6, 1e6),
@@ -295,17 +295,17 @@ class Kit:
         """
         values = _whole("values", values, 1, 64)
         if (reach is None) == (graph is None):
-            raise ValueError("voices have a reach or a graph")
+            raise ValueError("voices need a reach or a graph")
         if graph is not None:
             try:
                 graph = [[[str(lab), _whole("an id", robot, 0, 2**32 - 1)] for lab, robot in pair] for pair in graph]
             except (TypeError, ValueError):
                 graph = [[]]
             if any(len(pair) != 2 for pair in graph):
-                raise ValueError("a graph is pairs of robots, each (lab, id)")
+                raise ValueError("a graph must be pairs of robots, each (lab, id)")
             for lab, robot in (end for pair in graph for end in pair):
                 if lab == self.name and robot not in self.ids:
-                    raise ValueError(f"a graph joins robot {robot} of {lab}, which is none of this lab's")
+                    raise ValueError(f"a graph joins robot {robot} of {lab}, which this lab does not have")
         asked = {"piece": "voices", "name": _name("voices", name), "values": values, "graph": graph, "range": None if reach is None else _number("reach", reach, 1e-6, 1e4)}
         self._must_be_alike("voices", name, asked)
         return self._piece(Voices, asked, values)
@@ -314,14 +314,14 @@ class Kit:
         """What labs would otherwise compute differently is compared before they run, as the setting KIND.NAME."""
         kinds = ("trail", "voices") if kind in ("trail", "voices") else (kind,)  # these two share the fields of states
         if any(f"{each}.{name}" in self._alike for each in kinds):
-            raise ValueError(f"there is a {' or '.join(kinds)} {name!r} already; give another name")
+            raise ValueError(f"there is a {' or '.join(kinds)} {name!r} already; choose another name")
         text = json.dumps(asked)
         self._alike[f"{kind}.{name}"] = text if len(text) <= 300 else hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def _sensor(self, kind, asked, noise, every_s, *more, count=1):
         given = [_number("noise", n, 0, 1e6) for n in numpy.atleast_1d(noise)]
         if len(given) != count:
-            raise ValueError(f"noise is {'one number' if count == 1 else f'{count} numbers'}")
+            raise ValueError(f"noise must be {'one number' if count == 1 else f'{count} numbers'}")
         return self._piece(kind, {**asked, "noise": given if count > 1 else given[0], "every": _number("every_s", every_s, 0, 1e6)}, *more)
 
     def _piece(self, kind, asked, *more):

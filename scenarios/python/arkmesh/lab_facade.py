@@ -29,10 +29,10 @@ def _nine_bytes(data):
         given = numpy.asarray(data)
         high = {(3,): 2**24 - 1, (9,): 255}.get(given.shape)
         if high is None or given.dtype.kind not in "iu" or given.min() < 0 or given.max() > high:
-            raise ValueError("data is nine bytes, or three whole numbers of 24 bits")
+            raise ValueError("data must be nine bytes, or three whole numbers of 24 bits")
         data = b"".join(int(v).to_bytes(9 // len(given), "big") for v in given)
     if len(data) != 9:
-        raise ValueError(f"data is nine bytes, and not {len(data)}")
+        raise ValueError(f"data must be nine bytes, not {len(data)}")
     return list(data)
 
 
@@ -149,14 +149,14 @@ class Lab(Kit, Showing):
         if self._ask is None:
             raise RuntimeError(f"setting {name!r}: ask for settings in begin()")
         if not re.fullmatch("[a-z][a-z0-9_]*", name):
-            raise ValueError(f"setting {name!r}: a name is a-z, 0-9 and _, and begins with a letter")
+            raise ValueError(f"setting {name!r}: a name consists of a-z, 0-9 and _, and begins with a letter")
         if not isinstance(default, (bool, int, float, str)):
-            raise TypeError(f"setting {name!r}: the default is a bool, int, float or str, and not {default!r}")
+            raise TypeError(f"setting {name!r}: the default must be a bool, int, float or str, not {default!r}")
         asked = {"name": name, "default": default, "low": low, "high": high, "unit": unit, "help": about, "one_of": list(one_of), "own": bool(own)}
         if self._settings.setdefault(name, asked) != asked:
-            raise ValueError(f"setting {name!r} is asked for twice, in two ways; ask once, and keep the value")
+            raise ValueError(f"setting {name!r} is requested twice, in different ways; request it once, and keep the value")
         if isinstance(default, str) and one_of and default not in one_of:
-            raise ValueError(f"setting {name!r}: the default {default!r} is none of {', '.join(one_of)}")
+            raise ValueError(f"setting {name!r}: the default {default!r} is not one of {', '.join(one_of)}")
         if not isinstance(default, (bool, str)) and not (-math.inf if low is None else low) <= default <= (math.inf if high is None else high):
             raise ValueError(f"setting {name!r}: the default {default!r} is not within low={low} and high={high}")
         if unit:
@@ -167,7 +167,7 @@ class Lab(Kit, Showing):
         """In begin(): how many words to single robots, of all together, this scenario has to say in a second. ValueError where the
         arena's airtime carries fewer."""
         if not 0 <= words_per_s <= self._words_per_s:
-            raise ValueError(f"{words_per_s:g} words a second are more than the {self._words_per_s:.3g} that the airtime of this arena carries; "
+            raise ValueError(f"{words_per_s:g} words a second exceed the {self._words_per_s:.3g} of this arena's airtime; "
                              "speak to fewer robots, or more rarely")
 
     def random(self, purpose: str, common: bool = False) -> numpy.random.Generator:
@@ -234,7 +234,7 @@ class Lab(Kit, Showing):
             If robots cannot be driven, or not so fast.
         """
         if not self.wheels_m_per_s:
-            raise ValueError(f"drive: a {self.make} has no wheels that a lab can set; only its own program moves it")
+            raise ValueError(f"drive: a {self.make} has no wheels that a lab can drive; only its own program moves it")
         rows, by_ids = self._rows(who)
         words = numpy.zeros(len(rows), WORD)
         words["robot"], words["slot"], words["how"] = self.ids[rows], _WHEELS, SHOWN
@@ -249,7 +249,7 @@ class Lab(Kit, Showing):
         """A whole message of nine bytes and a type 0 to 127, said once: to all robots, or, in simulation only, to `who`. `data`:
         nine bytes, or three numbers of 24 bits, most significant byte first. It takes the place of words to three robots."""
         if who is not None and not self.whole_to_one:
-            raise ValueError("who: this arena carries no whole message to single robots, as no overhead controller does; leave who out")
+            raise ValueError("who: an overhead controller cannot send a whole message to single robots; omit who")
         self._said.setdefault("whole", []).append(
             {"type": self._type(message_type), "data": _nine_bytes(data), "slot": int(self._column("slot", slot, 0, 255, 0)),
              "robots": None if who is None else self.ids[self._rows(who)[0]].tolist()})
@@ -271,15 +271,15 @@ class Lab(Kit, Showing):
             return numpy.int64(given)
         given = numpy.asarray(given)
         if given.shape not in ((), (n,)):
-            raise ValueError(f"{name} is one number, or {n} of them, and has the shape {given.shape}")
+            raise ValueError(f"{name} must be one number, or {n}, not an array of shape {given.shape}")
         if given.dtype.kind == "b":
             given = given.view(numpy.uint8)
             if low <= 0 and high >= 1:
                 return given
         if given.dtype.kind not in "iuf" or (given.dtype.kind == "f" and not (given == numpy.floor(given)).all()):
-            raise ValueError(f"{name} must be whole numbers, and holds others, or NaN")
+            raise ValueError(f"{name} must be whole numbers, without NaN")
         if given.size and (given.min() < low or given.max() > high):
-            raise ValueError(f"{name} must be {low} to {high}, and holds {given.min()} to {given.max()}")
+            raise ValueError(f"{name} must be {low} to {high}, not {given.min()} to {given.max()}")
         return given
 
     def _chosen(self, name, given, low, high, rows, by_ids):
@@ -298,13 +298,13 @@ class Lab(Kit, Showing):
             rows = numpy.searchsorted(self.ids, who)
             known = (rows < len(self.ids)) & (self.ids[numpy.minimum(rows, max(0, len(self.ids) - 1))] == who if len(self.ids) else False)
             if not known.all():
-                raise ValueError(f"robot {who[~known][0]} is none of this lab's")
+                raise ValueError(f"this lab has no robot {who[~known][0]}")
             return rows, True
         if who.dtype.kind == "b" and who.shape == self.ids.shape:
             return numpy.flatnonzero(who), False
         if who.size == 0:
             return numpy.zeros(0, dtype=int), False
-        raise ValueError(f"who is a mask of {len(self.ids)} rows, or ids, and not an array of {who.dtype} with the shape {who.shape}")
+        raise ValueError(f"who must be a mask of {len(self.ids)} rows, or ids, not an array of {who.dtype} of shape {who.shape}")
 
     def _say(self, who, kind, value, slot, how, every_s=0.0):
         who = numpy.asarray(who)
@@ -350,7 +350,7 @@ class Lab(Kit, Showing):
         else:
             given = numpy.atleast_1d(values)
             if given.ndim != 1 or len(given) > length or (len(given) < length and not up_to):
-                raise ValueError(f"field {name!r} has {length} values{' at most' if up_to else ''}, and these have the shape {given.shape}")
+                raise ValueError(f"field {name!r} has {length} values{' at most' if up_to else ''}, not an array of shape {given.shape}")
             numbers = [int(v) for v in self._column(f"field {name!r}", given, -2**63, 2**63 - 1, len(given))]
         if self._published.get(name) != numbers:  # else the lab has it
             self._published[name] = self._said.setdefault("publish", {})[name] = numbers
@@ -358,7 +358,7 @@ class Lab(Kit, Showing):
     def field(self, lab: str, name: str) -> NDArray[numpy.int64]:
         """A lab's field as merged last, or, of one with `initial_only`, as it was at the start; empty when it has said none."""
         if lab not in self.labs:
-            raise ValueError(f"{lab!r} is none of the labs {', '.join(self.labs)}")
+            raise ValueError(f"{lab!r} is not one of the labs {', '.join(self.labs)}")
         return self._merged.get(lab, {}).get(name, numpy.zeros(0, dtype=numpy.int64))
 
     # --- the lab's process ---

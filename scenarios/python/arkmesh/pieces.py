@@ -14,29 +14,29 @@ ALL_LEDS = tuple(range(9))  # 8: unknown
 
 def _number(name, value, low=-1e12, high=1e12):
     if isinstance(value, (bool, numpy.bool_)) or not isinstance(value, (int, float, numpy.number)):
-        raise ValueError(f"{name} is a number, and not {value!r}")
+        raise ValueError(f"{name} must be a number, not {value!r}")
     value = float(value)
     if not low <= value <= high:
-        raise ValueError(f"{name} must be {low:g} to {high:g}, and is {value:g}")
+        raise ValueError(f"{name} must be {low:g} to {high:g}, not {value:g}")
     return value
 
 
 def _whole(name, value, low, high):
     number = _number(name, value, low, high)
     if number != int(number):
-        raise ValueError(f"{name} is a whole number, and not {value!r}")
+        raise ValueError(f"{name} must be a whole number, not {value!r}")
     return int(number)
 
 
 def _pair(name, values, low=-1e12, high=1e12):
     if numpy.shape(values) != (2,):
-        raise ValueError(f"{name} is two numbers, and is {values!r}")
+        raise ValueError(f"{name} must be two numbers, not {values!r}")
     return [_number(name, value, low, high) for value in values]
 
 
 def _name(what, name):
     if not isinstance(name, str) or not name.isidentifier() or len(name) > 30:
-        raise ValueError(f"the name of {what} is a word of up to 30 letters, digits and _, and not {name!r}")
+        raise ValueError(f"the name of {what} must be a word of up to 30 letters, digits and _, not {name!r}")
     return name
 
 
@@ -74,7 +74,7 @@ class Piece:
 def _leds(leds):
     leds = sorted({_whole("an LED", led, 0, 8) for led in (ALL_LEDS if leds is None else numpy.atleast_1d(leds).tolist())})
     if not leds:
-        raise ValueError("leds are numbers 0 to 8, and there are none")
+        raise ValueError("leds must hold numbers from 0 to 8, and is empty")
     return leds
 
 
@@ -141,10 +141,10 @@ class Trail(Piece):
         rows, by_ids = self._lab._rows(who)
         amount = numpy.asarray(amount, dtype=float)
         if amount.shape not in ((), (len(rows),) if by_ids else (len(self._lab.ids),)):
-            raise ValueError(f"amount is one number, or one for each robot, and has the shape {amount.shape}")
+            raise ValueError(f"amount must be one number, or one for each robot, not an array of shape {amount.shape}")
         each = numpy.broadcast_to(amount, len(rows)) if amount.ndim == 0 or by_ids else amount[rows]
         if not numpy.isfinite(each).all() or (each < 0).any():
-            raise ValueError("amount must be 0 or more, and holds less, or NaN")
+            raise ValueError("amount must be 0 or more, without NaN")
         rows, each = rows[each > 0], each[each > 0]
         if len(rows):
             self._lab._said.setdefault("kit_acts", []).append(

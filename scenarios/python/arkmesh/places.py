@@ -33,7 +33,7 @@ def within(xy: ArrayLike, others: ArrayLike, reach: float) -> NDArray[numpy.bool
     """
     xy, others = numpy.asarray(xy, dtype=float), numpy.asarray(others, dtype=float)
     if xy.ndim != 2 or others.ndim != 2 or xy.shape[1] != 2 or others.shape[1] != 2:
-        raise ValueError(f"within: places are arrays of shape (n, 2), and these have {xy.shape} and {others.shape}")
+        raise ValueError(f"within: places must be arrays of shape (n, 2), not {xy.shape} and {others.shape}")
     if len(xy) * len(others) > _FEW_PAIRS:
         pairs = _candidates(xy, others, reach)
         if pairs is not None:

@@ -24,10 +24,10 @@ def arguments_of(scenario, labs, seconds, settings, out):
         scenario, labs = None, (scenario, *labs)
     cls = scenario if isinstance(scenario, type) else None
     if cls is not None and not issubclass(cls, Scenario):
-        raise TypeError(f"{cls.__name__} is no scenario; derive it from arkmesh.Scenario")
+        raise TypeError(f"{cls.__name__} is not a scenario; derive it from arkmesh.Scenario")
     if cls is None and scenario is not None and not isinstance(scenario, (str, os.PathLike)):
         what = type(scenario).__name__
-        raise TypeError(f"give the class, as arkmesh.run({what}, ...), and not an object of it" if isinstance(scenario, Scenario)
+        raise TypeError(f"give the class, as arkmesh.run({what}, ...), not an object of it" if isinstance(scenario, Scenario)
                         else f"a scenario is a class derived from arkmesh.Scenario, or a file, and no {what}")
     if not labs:
         raise TypeError("name the labs' files, as arkmesh.run(LightUp, \"a.toml\", \"b.toml\")")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def check_every(every):
     if isinstance(every, (bool, numpy.bool_)) or not isinstance(every, (int, numpy.integer)) or not 1 <= every <= 1_000_000:
-        raise ValueError(f"`every` says that frame() gets each k-th frame: a whole number from 1, and not {every!r}")
+        raise ValueError(f"`every` must be a whole number from 1 (frame() gets each k-th frame), not {every!r}")
     return int(every)
 
 
@@ -44,7 +44,7 @@ class Scenario:
         if name == "every":
             check_every(value)
         elif name in ("begin", "frame", "period", "finished") and not callable(value):
-            raise ValueError(f"`{name}` is what the lab calls; give {value!r} another name")
+            raise ValueError(f"the lab calls `{name}`; give {value!r} another name")
 
     def begin(self, lab: Lab) -> None:
         """Once, before lab time passes: settings, fields, what this lab decides."""

@@ -35,7 +35,7 @@ class Showing:
             The columns by name, in the order of the table's first row; values hold no comma, quote or line end.
         """
         if not re.fullmatch("[a-z][a-z0-9_]{0,63}", table) or table in OWN_TABLES:
-            raise ValueError(f"row of {table!r}: a table's name is a-z, 0-9 and _, 64 of them at most, and not {' or '.join(OWN_TABLES)}")
+            raise ValueError(f"row of {table!r}: a table's name consists of a-z, 0-9 and _, at most 64, and is not {' or '.join(OWN_TABLES)}")
         columns = self._columns.setdefault(table, list(values))
         if not values or set(columns) != set(values):
             differ = [f"{what} {', '.join(names)}" for what, names in (("without", [c for c in columns if c not in values]),
@@ -44,7 +44,7 @@ class Showing:
                              else f"row of {table!r}: a row has a column at least")
         cells = [str(values[name]) for name in columns]
         if "" in columns or any(set(c) & set(',"\r\n') for c in (*columns, *cells)):
-            raise ValueError(f"row of {table!r}: a name and a value hold no comma, quote or line end, and a name is not empty")
+            raise ValueError(f"row of {table!r}: names and values must not contain commas, quotes or line ends, and a name must not be empty")
         self._said.setdefault("rows", []).append([table, ",".join(columns), ",".join(cells)])
 
     def count(self, name: str, n: int = 1) -> None:
@@ -58,7 +58,7 @@ class Showing:
             How much, 0 or more.
         """
         if not str(name).strip() or not str(name).isprintable() or "@" in str(name) or name in OWN_COLUMNS:
-            raise ValueError(f"count {name!r}: a name is a text in one line without @, and is none of {', '.join(OWN_COLUMNS)}")
+            raise ValueError(f"count {name!r}: a name must be one line without @, and not one of {', '.join(OWN_COLUMNS)}")
         self._said.setdefault("counts", []).append([str(name), int(self._column("a count", n, 0, 2**53, 0))])
 
     def show(self, name: str, words: str = "", unit: str = "", curve: bool = False) -> None:
@@ -89,15 +89,15 @@ class Showing:
             What it means.
         """
         if of not in (self._colours or [of]) if isinstance(of, str) else not 0 <= of <= 8:
-            raise ValueError(f"legend of {of!r}: it is of an LED, 0 to 8, or of one of {', '.join(self._colours or [])}")
+            raise ValueError(f"legend of {of!r}: must be an LED, 0 to 8, or one of {', '.join(self._colours or [])}")
         self._show(f"colour.{of}" if isinstance(of, str) else f"led.{int(of)}", words)
 
     def _show(self, of, words, unit="", curve=False):
         if self._ask is None:
-            raise RuntimeError(f"{of}: say in begin() how people are told of it")
+            raise RuntimeError(f"{of}: declare in begin() how it is shown")
         for each in (of, words, unit):
             if not isinstance(each, str) or not each.isprintable() or len(each.encode()) > 120 or set(of) & set('",@'):
-                raise ValueError(f"{each!r}: names, words and units are of one line and 120 bytes at most, and a name has no comma, quote or @")
+                raise ValueError(f"{each!r}: names, words and units must be one line of at most 120 bytes, and names must not contain commas, quotes or @")
         self._said.setdefault("shown", []).append({"of": of, "words": words, "unit": unit, "curve": curve})
 
     def circle(self, at: ArrayLike, radius: float, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
@@ -151,7 +151,7 @@ class Showing:
         """
         values = numpy.asarray(values, dtype=float)
         if values.ndim != 2 or not numpy.isfinite(values).all() or not (0 <= values).all() or not (values <= 1).all():
-            raise ValueError(f"a raster's values are (rows, columns) from 0 to 1, and these have the shape {values.shape}")
+            raise ValueError(f"a raster's values must be (rows, columns) from 0 to 1, not an array of shape {values.shape}")
         self._draw("raster", corner, colour, False, False, label)
         self._said["draw"][-1].update(heading=float(heading), cell_m=float(cell), columns=values.shape[1],
                                       cells=numpy.rint(values * 255).astype(numpy.uint8).tobytes().hex())
@@ -159,9 +159,9 @@ class Showing:
     def _draw(self, shape, points, colour, filled, dashed, label, radius=0.0):
         points = numpy.asarray(points, dtype=float).reshape(-1, 2)
         if not numpy.isfinite(points).all() or not math.isfinite(radius):
-            raise ValueError(f"a {shape} has places and sizes that are numbers, and no NaN")
+            raise ValueError(f"places and sizes of a {shape} must be numbers, without NaN")
         if self._colours and colour not in self._colours:
-            raise ValueError(f"colour {colour!r} is none of {', '.join(self._colours)}")
+            raise ValueError(f"colour {colour!r} is not one of {', '.join(self._colours)}")
         self._said.setdefault("draw", []).append(
             {"shape": shape, "points": points.astype("<f8").tobytes().hex(), "radius": radius, "colour": colour, "filled": bool(filled),
              "dashed": bool(dashed), "label": str(label)})

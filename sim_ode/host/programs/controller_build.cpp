@@ -120,7 +120,7 @@ BuiltProgram build_program(const ProgramSources& sources, const fs::path& kiloli
   if (out.sizes.flash > flash_limit_bytes || out.sizes.ram > ram_limit_bytes) return out;
   const hal::Finished copied = run_avr({"avr-objcopy", "-O", "ihex", "-R", ".eeprom", "-R", ".fuse", "-R", ".lock",
                                         "-R", ".signature", elf.string(), made.string()});
-  if (copied.status != 0) throw BuildError("avr-objcopy makes no Intel HEX file of the program", copied.output);
+  if (copied.status != 0) throw BuildError("avr-objcopy cannot create an Intel HEX file of the program", copied.output);
   // what an upload would refuse is not worth keeping
   out.pages = hal::kilobot::read_intel_hex(made).pages();
   std::error_code error;

@@ -321,8 +321,9 @@ void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>
       {.command = command},
       std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - std::chrono::steady_clock::now()));
   if (done.too_long)
-    throw TooLong(fmt::format("does not compile: the C compiler `cc` was ended, for it had not finished after {:g} s",
-                              std::chrono::duration<double>(limit_).count()));
+    throw TooLong(
+        fmt::format("does not compile: the C compiler `cc` was ended because it had not finished after {:g} s",
+                    std::chrono::duration<double>(limit_).count()));
   if (done.status == 127) throw ProgramError("the C compiler `cc` cannot be started; apt-get install gcc libc6-dev");
   if (done.status != 0) throw ProgramError("does not compile: " + first_error(with_own_names(done.output), work_));
 }

@@ -84,7 +84,7 @@ std::string wrong_with_macro(const std::string& macro) {
   const bool is_name =
       !name.empty() && !std::isdigit(static_cast<unsigned char>(name[0])) && std::ranges::all_of(name, is_of_name);
   if (is_name && macro.find_first_of(std::string_view("\0\n", 2)) == std::string::npos) return {};
-  return fmt::format("\"{}\" is no macro; write NAME or NAME=VALUE", macro);
+  return fmt::format("\"{}\" is not a macro; write NAME or NAME=VALUE", macro);
 }
 
 std::string read_source(const fs::path& file) {

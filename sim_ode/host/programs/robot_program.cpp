@@ -119,7 +119,7 @@ void RobotProgram::load_object(const fs::path& object) {
   char* const end = abi_->end;
   if (reinterpret_cast<std::uintptr_t>(end) % page != 0 || mprotect(end, page, PROT_READ) != 0 ||
       mprotect(end + page, page, PROT_NONE) != 0)
-    throw ProgramError("does not load: its memory cannot be fenced");
+    throw ProgramError("does not load: its memory cannot be protected");
 
   if (const auto bytes = static_cast<std::size_t>(end - abi_->begin); bytes > max_memory_bytes)
     throw ProgramError(

@@ -134,7 +134,8 @@ class Reader {
     if (std::smatch sides; std::regex_search(s.from, sides, comparison) && perhaps_16(sides[1]) && perhaps_16(sides[2]))
       compared_.emplace(s.place, function_);
     if (std::regex_search(s.from, fraction) && (otherwise_.empty() || otherwise_.back().place != s.place))
-      otherwise_.push_back({function_, s.place, "a robot's fractions and their functions round otherwise", true});
+      otherwise_.push_back(
+          {function_, s.place, "floating-point numbers and their functions round differently on a robot", true});
     static const std::regex call(R"(^([A-Za-z_]\w*) \((.*)\)$)"), cast(R"(^\(([\w ]+)\) ([\w.>-]+)$)"),
         sum(R"(^([\w.]+) ([-+|*]) ([\w.]+|-?\d+)$)"), shift(R"(^([\w.]+) << (\d+)$)"), name(R"(^[\w.>\[\]-]+$)"),
         compared(R"(\b([A-Za-z_][\w.]*) (?:[<>=!]=?|%) (\d+)\b)");
@@ -193,8 +194,8 @@ class Reader {
     if (sign == '*') {
       const long factor = std::atol(b.c_str());
       if (narrow && readings_.count(a) > 0 && std::abs(factor) * largest_reading > (signed_16(type) ? 32767 : 65535))
-        tell(s.place, fmt::format("a reading, up to {}, times {} is more than 16 bits hold; compute in int32_t",
-                                  largest_reading, factor));
+        tell(s.place,
+             fmt::format("a reading, up to {}, times {} exceeds 16 bits; compute in int32_t", largest_reading, factor));
       return;
     }
     if ((sign == '|' || sign == '+') && signed_16(type) && (shifted_.count(a) > 0 || shifted_.count(b) > 0)) {
@@ -221,7 +222,7 @@ class Reader {
          "not");
   }
   void tell_sum(const std::string& place, const std::string& name) {
-    tell(place, fmt::format("readings, up to {} each, are added up in {}, which has 16 bits; use int32_t",
+    tell(place, fmt::format("readings, up to {} each, are summed in {}, which has 16 bits; use int32_t",
                             largest_reading, name));
   }
   void forget(const std::string& name) {

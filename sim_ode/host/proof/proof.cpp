@@ -177,13 +177,13 @@ const char* words_of(char check) {
     case '+':
     case '-':
     case '*':
-      return "the result overflows an int of 16 bits";
+      return "the result overflows a 16-bit int";
     case '<':
-      return "a shift loses bits of an int of 16";
+      return "a shift loses bits of a 16-bit int";
     case '[':
       return "an index is beyond its array";
     case 'f':
-      return "a fraction is beyond the integer's range";
+      return "a floating-point number is beyond the integer's range";
     default:
       return "a division by zero";
   }
@@ -193,7 +193,7 @@ const char* words_of(char check) {
 std::string wrapping_of(const Difference& what, const Silicon& silicon) {
   if (what.kind != 'v' || silicon.number(what.leaf).second == 'f') return {};
   const auto value = [](const std::string& of) { return static_cast<unsigned>(std::strtoll(of.c_str(), nullptr, 10)); };
-  return (value(what.here) - value(what.there)) % 65536 == 0 ? "unsigned numbers of 16 bits wrap" : "";
+  return (value(what.here) - value(what.there)) % 65536 == 0 ? "16-bit unsigned numbers wrap around" : "";
 }
 
 // Of numbers that are on a robot what fills its memory at the start, and are not here: a robot's holds what was there
@@ -211,7 +211,7 @@ std::string unset_of(const Difference& what) {
   std::istringstream there(what.kind == 'o' ? what.seen_there : what.there);
   for (std::string one, other; here >> one && there >> other;)
     if (one != other) some = true, all = all && unset(one);
-  return some && all ? "the program never sets it: memory holds what was there before" : "";
+  return some && all ? "the program never sets it: memory holds an earlier value" : "";
 }
 
 std::string sentence(const Difference& what, const std::string& reason, const Silicon& silicon) {
@@ -234,7 +234,7 @@ std::string sentence(const Difference& what, const std::string& reason, const Si
       out += fmt::format("{} never returns on a robot{}", called, at);
       break;
     case 'm':
-      out += "static memory, heap and stack are more than a robot's 2048 bytes: the stack has overwritten variables";
+      out += "static memory, heap and stack exceed a robot's 2048 bytes: the stack has overwritten variables";
       break;
     default:
       out += fmt::format("{} takes {} cycles on a robot, {:.1f} ticks, and no time here", called, what.cycles,
@@ -357,7 +357,7 @@ Proof prove_program(const ProgramSources& sources, const TurnLog& log) {
     (harmless ? out.notes : out.causes).push_back(sentence(one, why, silicon));
   }
   if (sizes.ram + heap + stack > ram_limit_bytes && !memory_told)
-    out.causes.push_back("static memory, heap and stack are more than a robot's 2048 bytes");
+    out.causes.push_back("static memory, heap and stack exceed a robot's 2048 bytes");
   out.figures = fmt::format(
       "memory at most {} of {} bytes (static {}, heap {}, stack {}); longest call {} cycles, {:.2f} ms",
       sizes.ram + heap + stack, ram_limit_bytes, sizes.ram, heap, stack, longest, static_cast<double>(longest) / 8000);
@@ -365,7 +365,7 @@ Proof prove_program(const ProgramSources& sources, const TurnLog& log) {
     out.figures +=
         fmt::format("; its calls are so long that only the first {} ticks of each robot were compared", shortest);
   if (!silicon.others().empty())
-    out.not_compared = fmt::format("not compared, for they hold pointers, unions or bit fields: {}",
+    out.not_compared = fmt::format("not compared because they contain pointers, unions or bit fields: {}",
                                    fmt::join(silicon.others(), ", "));
   return out;
 }

@@ -134,7 +134,7 @@ FaultGuard::FaultGuard() : state_(std::make_unique<State>()) {
   event.sigev_signo = timer_signal;
   event._sigev_un._tid = static_cast<pid_t>(syscall(SYS_gettid));
   if (timer_create(CLOCK_THREAD_CPUTIME_ID, &event, &timer) != 0)
-    throw std::runtime_error("the system gives no timer to watch robots' programs with");
+    throw std::runtime_error("the system provides no timer for watching robots' programs");
 }
 
 FaultGuard::~FaultGuard() {

@@ -151,7 +151,7 @@ void RobotServices::say(std::uint8_t kind, std::int32_t value, const void* from)
   turns().note('y', kind, value);
   turns().acts(true);
   if (!turns().bodies_.say(turns().robot_, kind, value))
-    FaultGuard::leave(Fault::Kind::gave_up, "called arkmesh_say(), and no overhead controller hears robots", from);
+    FaultGuard::leave(Fault::Kind::gave_up, "called arkmesh_say(), but no overhead controller hears robots", from);
 }
 
 }  // namespace arkmesh::sim_ode

@@ -81,7 +81,7 @@ void Turns::wait(std::int64_t us, const void* from) {
     stack_ = stacks_.take();
   } catch (const std::bad_alloc&) {
     FaultGuard::leave(Fault::Kind::gave_up,
-                      "waits in delay(), but the system has no memory for one more waiting program");
+                      "waits in delay(), but the system lacks memory for another waiting program");
   }
   leave_for_caller(&cell.context);
   *abi_.reads = 0;

@@ -68,7 +68,7 @@ TEST_CASE("cre settings: bad values are refused by name") {
            {roles + "resources_north = 50", "resources_north", "take 49 at most"},
            {roles + "resources_north = 1\nresources_south = 8\ngrid = 4", "resources_south", "8 places in each region"},
            {roles + "resources_south = 60\nresources_north = 60", "resources_north", "take 49 at most"},
-           {roles + "grid = 5", "grid", "take an even number"},
+           {roles + "grid = 5", "grid", "use an even number"},
            {roles + "grid = 0", "grid", "between 2 and 100"},
            {roles + "abandon = 0.31", "abandon", "between 0 and 0.3"},
            {roles + "recruit = 1.1", "recruit", "between 0 and 1"},

@@ -39,7 +39,7 @@ TEST_CASE("kit: a beam that stays, and beams that are none") {
   const Light light({.beams = {{.path = {{0.1, 0}}, .speed_m_s = 1}, {.path = {{1, 1}, {1, 1}}, .speed_m_s = 1}}});
   CHECK(light.at({0.1, 0}, hal::LabTime{12'345'678}) == 1023);
   CHECK(light.at({0, 0.5}, hal::LabTime{0}) == 0);
-  CHECK_THROWS_WITH_AS(Light({.beams = {{}}}), "a beam needs one place at least in its path", std::invalid_argument);
+  CHECK_THROWS_WITH_AS(Light({.beams = {{}}}), "a beam's path needs at least one place", std::invalid_argument);
   CHECK_THROWS_WITH(Light({.beams = {{.radius_m = 0, .path = {{0, 0}}}}}),
                     "a beam's radius of 0 m is not possible; give a positive one");
 }

@@ -124,13 +124,13 @@ TEST_CASE("kit: pheromones that are none are refused in one sentence") {
     return std::string();
   };
   CHECK(refused({.cell_m = 1e-6}) ==
-        "cell = 1e-06 of a pheromone: makes 1000000 x 1000000 cells, and 1048576 fit; give larger cells");
+        "cell = 1e-06 of a pheromone: makes 1000000 x 1000000 cells, and the limit is 1048576; use larger cells");
   CHECK(refused({.cell_m = 0}) == "cell = 0 of a pheromone: must be positive");
   CHECK(refused({.half_life_s = -1}) == "half_life = -1 of a pheromone: must be 0 or more");
   CHECK(refused({.wind_x_m_s = std::numeric_limits<double>::infinity()}).ends_with("must be a number"));
   Pheromone fast({.cell_m = 0.01, .diffusion_m2_s = 1e3});
-  CHECK_THROWS_WITH_AS(fast.pass(2), doctest::Contains("give larger cells"), std::invalid_argument);
-  CHECK_THROWS_WITH_AS(fast.zones({}, 4, 1, 10, 0.1), doctest::Contains("give larger cells"), std::invalid_argument);
+  CHECK_THROWS_WITH_AS(fast.pass(2), doctest::Contains("use larger cells"), std::invalid_argument);
+  CHECK_THROWS_WITH_AS(fast.zones({}, 4, 1, 10, 0.1), doctest::Contains("use larger cells"), std::invalid_argument);
 }
 
 }  // namespace arkmesh::scenarios::kit

@@ -63,7 +63,7 @@ TEST_CASE("kit: readings are held between their times, and a new robot has one a
 }
 
 TEST_CASE("kit: readings that make no sense are refused in one sentence") {
-  CHECK_THROWS_WITH_AS(Readings(-1, {}, 1, "x"), "every -1 s is no rate of readings; give 0 to 1e6 s",
+  CHECK_THROWS_WITH_AS(Readings(-1, {}, 1, "x"), "readings every -1 s are not possible; give 0 to 1e6 s",
                        std::invalid_argument);
   CHECK_THROWS_WITH(Readings(0, {{Column::Kind::angle, 0, 0, std::numeric_limits<double>::infinity()}}, 1, "x"),
                     "noise of inf is not possible; give 0 or more");

@@ -53,14 +53,14 @@ TEST_CASE("kit: places in a disc and in polygons that are stars") {
 
 TEST_CASE("kit: regions that are none are refused in one sentence") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS_WITH_AS(Region::disc({}, 0), "a disc of radius 0 m is no region; give a positive radius",
+  CHECK_THROWS_WITH_AS(Region::disc({}, 0), "a disc of radius 0 m is not a region; give a positive radius",
                        std::invalid_argument);
   CHECK_THROWS_AS(Region::disc({}, nan), std::invalid_argument);
-  CHECK_THROWS_WITH(Region::polygon({{0, 0}, {1, 0}}), "a polygon has 3 corners or more, not 2");
+  CHECK_THROWS_WITH(Region::polygon({{0, 0}, {1, 0}}), "a polygon needs at least 3 corners, not 2");
   CHECK_THROWS_WITH(Region::polygon({{0, 0}, {1, 1}, {1, 0}, {0, 1}}),
                     "a polygon's sides cross; give its corners in order");
   CHECK_THROWS_WITH(Region::polygon({{0, 0}, {1, 0}, {2, 0}}), doctest::Contains("a polygon"));
-  CHECK_THROWS_WITH(Region::polygon({{0, 0}, {1, nan}, {2, 0}}), "a polygon's corners are numbers, and no NaN");
+  CHECK_THROWS_WITH(Region::polygon({{0, 0}, {1, nan}, {2, 0}}), "a polygon's corners must be numbers, not NaN");
 }
 
 TEST_CASE("kit: a schedule's value holds from its time on") {
@@ -68,8 +68,8 @@ TEST_CASE("kit: a schedule's value holds from its time on") {
   for (const auto& [time_s, value] :
        {std::pair(-1.0, 1.0), std::pair(0.0, 1.0), std::pair(59.9, 1.0), std::pair(60.0, 0.5), std::pair(1e9, 2.0)})
     CHECK(quality.at(time_s) == value);
-  CHECK_THROWS_WITH(Schedule({}), "a schedule has one value at least");
-  CHECK_THROWS_WITH(Schedule({{0, 1}, {0, 2}}), "the times of a schedule ascend");
+  CHECK_THROWS_WITH(Schedule({}), "a schedule needs at least one value");
+  CHECK_THROWS_WITH(Schedule({{0, 1}, {0, 2}}), "the times of a schedule must ascend");
 }
 
 }  // namespace arkmesh::scenarios::kit

@@ -106,7 +106,7 @@ TEST_CASE("kit: robots that a graph joins hear each other wherever they are") {
 
 TEST_CASE("kit: voices that are none are refused in one sentence") {
   CHECK_THROWS_WITH_AS(Voices("talk", 65, 1), "voices say one of 65 values; give 1 to 64", std::invalid_argument);
-  CHECK_THROWS_WITH(Voices("talk", 2, 0), "voices within 0 m are heard by nobody; give a positive range");
+  CHECK_THROWS_WITH(Voices("talk", 2, 0), "nobody hears voices within 0 m; give a positive range");
 }
 
 }  // namespace arkmesh::scenarios::kit

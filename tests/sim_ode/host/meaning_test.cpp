@@ -95,8 +95,8 @@ TEST_CASE("a program that does not compile with a robot's types runs with a PC's
 TEST_CASE("a robot that writes beyond its block damages itself only, and is named") {
   const Heard heard;
   CHECK(run("overrun.c", 3, 4).leds == std::vector<hal::Led>{hal::Led::green, hal::Led::blue, hal::Led::green});
-  CHECK_MESSAGE(heard.says("the program of robot 1 has written beyond the 24 bytes that it got in setup (overrun.c:9): "
-                           "noticed in loop (overrun.c:13) at 0."),
+  CHECK_MESSAGE(heard.says("the program of robot 1 has written beyond the 24 bytes that it allocated in setup "
+                           "(overrun.c:9): noticed in loop (overrun.c:13) at 0."),
                 heard.text());
 }
 
@@ -104,9 +104,10 @@ TEST_CASE("a block that is freed twice is named, and the robot goes on") {
   const Heard heard;
   const Ran ran = run("double_free.c", 4, 3);
   CHECK(ran.misuse > 10);
-  CHECK_MESSAGE(heard.says("the program of robot 2 gives back what malloc() did not give it, or gave back before, in "
-                           "loop (double_free.c:11) at 1."),
-                heard.text());
+  CHECK_MESSAGE(
+      heard.says("the program of robot 2 frees memory that malloc() did not return, or that it freed before, in "
+                 "loop (double_free.c:11) at 1."),
+      heard.text());
 }
 
 TEST_CASE("a program gets a PC's types when it asks for them") {

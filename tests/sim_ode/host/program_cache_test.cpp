@@ -270,7 +270,7 @@ TEST_CASE("a compiler that never ends is ended") {
   const tests::TemporaryDirectory work;
   ObjectBuild build(read, work.path(), std::chrono::milliseconds(300));
   CHECK_THROWS_WITH_AS(build.run(),
-                       "does not compile: the C compiler `cc` was ended, for it had not finished after 0.3 s",
+                       "does not compile: the C compiler `cc` was ended because it had not finished after 0.3 s",
                        ProgramError);
   const std::string child = tests::read_file(user.folder.path() / "child");
   REQUIRE(!child.empty());

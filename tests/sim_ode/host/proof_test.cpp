@@ -56,15 +56,14 @@ TEST_CASE("each cause of a difference is found, with its line and what it does t
     double seconds;
     std::vector<std::string> words;
   } table[] = {
-      {"overflow",
-       5,
-       {"average is ", "in loop (overflow.c:6)", "overflows an int of 16 bits at line 6", "set_motors("}},
+      {"overflow", 5, {"average is ", "in loop (overflow.c:6)", "overflows a 16-bit int at line 6", "set_motors("}},
       {"shifted",
        10,
        {"last_id is 4294", "(shifted.c:7)", "a shift loses bits", "at line 7", "set_color(3) on a robot"}},
       {"wrapped",
        1,
-       {"late is 65436 on a robot and -100 here", "(wrapped.c:7)", "unsigned numbers of 16 bits wrap", "set_color("}},
+       {"late is 65436 on a robot and -100 here", "(wrapped.c:7)", "16-bit unsigned numbers wrap around",
+        "set_color("}},
       {"compared",
        1,
        {"again is 1 on a robot and 0 here, set in light (compared.c:6)", "a negative number is compared", "(line 6)",
@@ -72,7 +71,7 @@ TEST_CASE("each cause of a difference is found, with its line and what it does t
       {"fraction", 12, {"level is 7 on a robot and 8 here", "(fraction.c:8)", "fractions", "first seen at tick"}},
       {"index", 10, {"set_color(", "in hear (index.c:9)", "an index is beyond its array at line 9"}},
       {"unset", 2, {"message ", "197 197 197", "the program never sets it"}},
-      {"memory", 12, {"static memory, heap and stack are more than a robot's 2048 bytes"}},
+      {"memory", 12, {"static memory, heap and stack exceed a robot's 2048 bytes"}},
       {"long_loop", 1, {"loop takes ", " ticks, and no time here"}},
   };
   for (const auto& row : table) {

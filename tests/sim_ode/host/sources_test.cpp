@@ -75,7 +75,7 @@ TEST_CASE("a lab's file names several files, folders of headers and macros") {
   CHECK_THROWS_WITH_AS(with("define = [\"SHOWN=1\"]"), doctest::Contains("main.c:4:10: fatal error: colour.h"),
                        hal::ConfigError);
   CHECK_THROWS_WITH_AS(with("define = [\"3=1\"]"),
-                       doctest::Contains("arena.ode.define = [ \"3=1\" ]: \"3=1\" is no macro; write NAME"),
+                       doctest::Contains("arena.ode.define = [ \"3=1\" ]: \"3=1\" is not a macro; write NAME"),
                        hal::ConfigError);
 }
 
