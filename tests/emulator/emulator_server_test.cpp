@@ -341,7 +341,7 @@ TEST_CASE("a taken port, a link that is a file and a video without a folder are 
   CHECK_THROWS_WITH_AS(SerialReader(loop, "127.0.0.1", first.ohc_port(), "", {}),
                        doctest::Contains("is in use by another program"), std::runtime_error);
   const std::string file = folder.write("occupied", "text").string();
-  CHECK_THROWS_WITH_AS(SerialReader(loop, "127.0.0.1", 0, file, {}), doctest::Contains("no symbolic link"),
+  CHECK_THROWS_WITH_AS(SerialReader(loop, "127.0.0.1", 0, file, {}), doctest::Contains("not a symbolic link"),
                        std::runtime_error);
   CHECK(std::filesystem::exists(file));
   CHECK_THROWS_WITH_AS(EmulatorRecord(emulator, "/nowhere/truth.csv", ""), doctest::Contains("/nowhere/truth.csv"),

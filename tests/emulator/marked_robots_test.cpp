@@ -230,8 +230,8 @@ TEST_CASE("marked robots: commands of other makes") {
   MarkedBench bench;
   CHECK(bench.emulator.command("ohc unplug").find("no overhead controller") != std::string::npos);
   CHECK(bench.emulator.command("nodes garbage x").find("needs a number of bytes") != std::string::npos);
-  CHECK(bench.emulator.command("nodes fly").find("no command") != std::string::npos);
-  CHECK(bench.emulator.command("say sleep").find("no command") != std::string::npos);
+  CHECK(bench.emulator.command("nodes fly").find("not a command") != std::string::npos);
+  CHECK(bench.emulator.command("say sleep").find("not a command") != std::string::npos);
   CHECK(bench.emulator.command("status").find("ohc=") == std::string::npos);
   Emulator kilobots = TestEmulator{}.make();
   CHECK(kilobots.command("nodes cut").find("Kilobots have no nodes") != std::string::npos);

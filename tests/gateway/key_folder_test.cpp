@@ -45,7 +45,7 @@ TEST_CASE("a lab's key is made once and belongs to its user alone") {
   CHECK(made.until > std::chrono::system_clock::now() + std::chrono::days(3649));
   CHECK(keys.own("roark").certificate.pin == made.pin);
   CHECK(keys_refusal([&] { keys.init("roark"); }).find("has a key in") != std::string::npos);
-  CHECK(keys_refusal([&] { keys.init("../roark"); }).find("is no lab name") != std::string::npos);
+  CHECK(keys_refusal([&] { keys.init("../roark"); }).find("is not a lab name") != std::string::npos);
   CHECK(keys_refusal([&] { keys.own("shark"); }).find("arkmesh keys init shark") != std::string::npos);
   for (const mode_t mode : {0640, 0604, 0620, 0644}) {
     REQUIRE(::chmod((keys.path() / "roark.key").c_str(), mode) == 0);

@@ -133,9 +133,9 @@ TEST_CASE("an unexpected lab is refused by name") {
     stranger.lab = "lynx";
     peer->say(stranger);
     REQUIRE(run_until(shark.io, [&] { return peer->closed; }));
-    CHECK(peer->bye == "lab shark does not expect a connection from a lab lynx");
+    CHECK(peer->bye == "lab shark does not expect a connection from lab lynx");
   }
-  CHECK(shark.notices == std::vector<std::string>{"lab shark does not expect a connection from a lab lynx"});
+  CHECK(shark.notices == std::vector<std::string>{"lab shark does not expect a connection from lab lynx"});
   CHECK(shark.node->counters()["session.refused.unknown_lab"] == 2);
   const auto peer = shark.peer();
   Hello own = Listening::hello();

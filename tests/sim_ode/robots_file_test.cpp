@@ -63,7 +63,7 @@ TEST_CASE("robots of the file go by the arena's ids") {
   CHECK(robots[1].led_bearing_rad == doctest::Approx(-20 * std::numbers::pi / 180));
   CHECK(robots[0].led_bearing_rad == doctest::Approx(-44 * std::numbers::pi / 180));
   for (const char* id : {"2", "150", "201"})
-    CHECK(refused(fmt::format("[[robot]]\nid = {}\n", id), ids).find("is none of the arena's robots") !=
+    CHECK(refused(fmt::format("[[robot]]\nid = {}\n", id), ids).find("is not one of the arena's robots") !=
           std::string::npos);
 }
 
@@ -71,8 +71,8 @@ TEST_CASE("a wrong file of robots is refused with its line") {
   // One sentence each: unknown key, robot twice, robot that is not there, no id, out of range.
   CHECK(refused("[[robot]]\nid = 1\nsped_m_per_s = 1\n") ==
         "robots.toml:3: unknown key 'robot[0].sped_m_per_s'; did you mean 'robot[0].speed_m_per_s'?");
-  CHECK(
-      refused("[[robot]]\nid = 1\n[[robot]]\nid = 1\n").starts_with("robots.toml:4: robot[1].id = 1: robot 1 stands"));
+  CHECK(refused("[[robot]]\nid = 1\n[[robot]]\nid = 1\n")
+            .starts_with("robots.toml:4: robot[1].id = 1: robot 1 has a table"));
   CHECK(refused("[[robot]]\nid = 4\n") == "robots.toml:2: robot[0].id = 4: the arena's robots are 0 to 3");
   CHECK(refused("[[robot]]\nspeed_m_per_s = 0.01\n").find("robot[0].id: is missing") != std::string::npos);
   CHECK(refused("[[robot]]\nid = 0\ncharge = 2\n") == "robots.toml:3: robot[0].charge = 2: must be between 0 and 1");

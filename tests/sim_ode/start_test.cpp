@@ -36,7 +36,7 @@ TEST_CASE("impossible places") {
   CHECK(refusal("[0, 0, 0, 0.2]").find("three numbers for each robot") != std::string::npos);
   CHECK(refusal("[0, 0, 0, 0.2, 0.49, 0]").find("robot 1 at 0.2, 0.49, not completely inside the walls") !=
         std::string::npos);
-  CHECK(refusal("[0, 0, 0, 0.03, 0, 0]").find("robots 0 and 1 nearer than 0.033 m") != std::string::npos);
+  CHECK(refusal("[0, 0, 0, 0.03, 0, 0]").find("robots 0 and 1 closer than 0.033 m") != std::string::npos);
   CHECK(refusal("[0, 0, 0, nan, 0, 0]") != "accepted");
 }
 

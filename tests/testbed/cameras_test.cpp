@@ -139,7 +139,7 @@ TEST_CASE("pictures of another size than the calibration's show nobody") {
   CHECK_FALSE(monitor->latest());
   CHECK(monitor->doubtful().size() == 8);
   CHECK(monitor->counters()["camera.refused.size"] == 1);
-  CHECK(monitor->error().find("gives pictures of 400 x 320 pixels, and its calibration is for 800 x 640") !=
+  CHECK(monitor->error().find("sends pictures of 400 x 320 pixels, and its calibration is for 800 x 640") !=
         std::string::npos);
   testbed.scale = 1;
   testbed.next(*monitor);

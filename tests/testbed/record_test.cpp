@@ -162,7 +162,7 @@ TEST_CASE("record: a disk that is nearly full ends the pictures only") {
   loose.record->wrote(std::vector<std::uint8_t>{1, 2, 3});
   loose.record.reset();
   CHECK(says(loose.text("serial.txt"), "wrote 010203"));
-  CHECK(says(loose.text("log.txt"), "no more pictures are recorded, and the run goes on"));
+  CHECK(says(loose.text("log.txt"), "no more pictures are recorded, and the run continues"));
   CHECK_FALSE(fs::exists(loose.folder.path() / "raw/camera0"));
 
   LooseRecord busy({.hold_bytes = 20'000});  // nothing is written before begin(), so nothing makes room

@@ -213,7 +213,7 @@ TEST_CASE("a monitor's configuration is refused with file, key and reason") {
   CHECK(contains(refusal(head), "cameras"));
   CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"0\"\n"), "calibration"));
   CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"clip.mp4\"\ncalibration = \"x.yaml\"\n"),
-                 "is no camera"));
+                 "is not a camera"));
   CHECK(contains(refusal(head + "[[arena.kilobot.cameras]]\nsource = \"0\"\ncalibration = \"none.yaml\"\n"),
                  "no such calibration"));
   CHECK(contains(refusal(head + "[arena.kilobot]\nidentity = \"guess\"\n"), "identity"));

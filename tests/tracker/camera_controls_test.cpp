@@ -87,7 +87,7 @@ TEST_CASE("a camera's exposure, gain and white balance are set, and its own auto
 TEST_CASE("what a camera does not take is said with its key") {
   // Proves that nothing is out of range in silence.
   Driver driver;
-  CHECK(driver.told({.exposure_ms = 500}) == "the camera 0 takes exposure_ms from 0.3 to 204.7, not 500");
+  CHECK(driver.told({.exposure_ms = 500}) == "the camera 0 accepts exposure_ms from 0.3 to 204.7, not 500");
   CHECK(driver.set.empty());
   driver.controls.at(V4L2_CID_GAIN).disabled = true;
   CHECK(driver.told({.gain = 10}) == "the camera 0 has no control gain: remove this key");
@@ -95,7 +95,7 @@ TEST_CASE("what a camera does not take is said with its key") {
   CHECK(driver.told({.white_balance_k = 4000}) == "the camera 0 has no control white_balance_k: remove this key");
   driver.controls.erase(V4L2_CID_EXPOSURE_AUTO);
   driver.controls[V4L2_CID_EXPOSURE_AUTO] = {0, 0, 1, V4L2_EXPOSURE_APERTURE_PRIORITY};
-  CHECK(driver.told({.exposure_ms = 10}).starts_with("the camera 0 does not take exposure_ms = 10: "));
+  CHECK(driver.told({.exposure_ms = 10}).starts_with("the camera 0 rejects exposure_ms = 10: "));
   Driver deaf;
   deaf.keeps_own = true;
   CHECK(deaf.told({.white_balance_k = 5000}) ==

@@ -175,7 +175,7 @@ bool soon(const std::function<bool()>& so) {
 std::string fault(const std::string& url) {
   const auto feed = open_camera({.source = url});
   std::string error;
-  soon([&] { return !(error = feed->error()).empty() && !error.starts_with("no picture has come yet"); });
+  soon([&] { return !(error = feed->error()).empty() && !error.starts_with("no picture has arrived yet"); });
   return error;
 }
 

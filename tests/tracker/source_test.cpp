@@ -119,7 +119,7 @@ TEST_CASE("a camera that is not there says so and does not block") {
   for (const std::string source : {"/dev/video987", "http://127.0.0.1:1/none"}) {
     const auto feed = open_camera({.source = source});
     const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(300);
-    while (feed->error().find("no picture has come yet") != std::string::npos &&
+    while (feed->error().find("no picture has arrived yet") != std::string::npos &&
            std::chrono::steady_clock::now() < limit)
       std::this_thread::yield();
     CHECK(feed->error().find(source) != std::string::npos);
