@@ -51,7 +51,6 @@ class Line:
     def __init__(self, fileno):
         self.socket, self.kind = socket.socket(fileno=fileno), None  # of the message received last
         self.came = bytearray()  # and is not yet received: a lab whose time goes on may send two messages
-        self.room, self.behind = 1 << 12, b""  # bytes of the longest message, and what came behind the last one
 
     def computing(self, is_computing):
         """Called as the user's code begins to compute an answer, and as it ends."""
