@@ -31,7 +31,7 @@ constexpr CommandRow rows[] = {
     {"publish", "Make an RO-Crate of a run or a batch: to cite, and to replay without arkmesh", recording_program},
     {"fit", "Estimate the properties of a lab's own robots, for its simulation and tracker",
      ARKMESH_CAMERAS ? testbed_program : recording_program},
-    {"doctor", "Check this machine or a lab's devices, and suggest remedies", light_program},
+    {"doctor", "Check this machine or a lab's devices, and suggest remedies", gateway_program},
     {"scenario", "Create a scenario of your own, in Python or C++", lab_program},
     {"controller", "Run, check, build or prove a robot program", lab_program},
     {"emulator", "Run an emulated testbed: simulated Kilobots behind cameras and an overhead controller",

@@ -64,16 +64,19 @@ void add_operator_command(CLI::App* command);
 void add_doctor_command(CLI::App* command, std::vector<hal::Finding> (*examine_testbed)(const hal::Section& arena));
 
 inline constexpr OwnCommand light_commands[] = {
+    {"guide", add_guide_command}, {"up", add_up_command}, {"status", add_status_command}, {"ohc", add_ohc_command}};
+inline constexpr OwnCommand gateway_commands[] = {
     {"doctor", [](CLI::App* command) { add_doctor_command(command, nullptr); }},
-    {"guide", add_guide_command},
-    {"up", add_up_command},
-    {"status", add_status_command},
-    {"ohc", add_ohc_command}};
-inline constexpr OwnCommand gateway_commands[] = {{"gateway", add_gateway_command}, {"keys", add_keys_command},
-                                                  {"stop", add_operator_command},   {"pause", add_operator_command},
-                                                  {"resume", add_operator_command}, {"reset", add_operator_command},
-                                                  {"arm", add_operator_command},    {"disarm", add_operator_command},
-                                                  {"explain", add_explain_command}, {"reload", add_reload_command}};
+    {"gateway", add_gateway_command},
+    {"keys", add_keys_command},
+    {"stop", add_operator_command},
+    {"pause", add_operator_command},
+    {"resume", add_operator_command},
+    {"reset", add_operator_command},
+    {"arm", add_operator_command},
+    {"disarm", add_operator_command},
+    {"explain", add_explain_command},
+    {"reload", add_reload_command}};
 // `config` is another program's where that is there (cli/program.cpp): its keys are those of all arenas.
 inline constexpr OwnCommand lab_commands[] = {
     {"config", add_config_command}, {"run", add_run_command},           {"batch", add_batch_command},

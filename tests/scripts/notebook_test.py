@@ -153,7 +153,7 @@ class Notebook(unittest.TestCase):
                         exec(compile("\\ntime.sleep(600)", "mine.py", "exec"))
             out += [failure(loop), failure(arkmesh.run, Bad, A, settings={"run.nix": 1}), failure(arkmesh.run, "nix.py", A)]
             print(json.dumps(out))""")
-        for wanted in ("mine.py:2: ZeroDivisionError", "mine.py:2: SystemExit: 3", "mine.py:2: ValueError: robot 77", "mine.py:2: no answer in time", "mine.py:2: no answer in time"):
+        for wanted in ("mine.py:2: ZeroDivisionError", "mine.py:2: SystemExit: 3", "mine.py:2: ValueError: this lab has no robot 77", "mine.py:2: no answer in time", "mine.py:2: no answer in time"):
             sentence, ended = said.pop(0)
             self.assertIn(wanted, sentence)
             self.assertIn("the run's folder is runs/", sentence)
