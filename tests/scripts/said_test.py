@@ -161,7 +161,7 @@ class Said(unittest.TestCase):
         (self.folder / "gone").mkdir()
         done = subprocess.run(f"cd {self.folder}/gone && rmdir ../gone && {ARKMESH} run ../a.toml", shell=True, capture_output=True, text=True, timeout=60)
         self.assertEqual(done.stderr, "arkmesh: the current folder was deleted; go to another one, and try again\n")
-        for body, wanted in (("lab.circle((0, 0), 1, colour='purple')", "mine.py:4: ValueError: colour 'purple' is none of note"),
+        for body, wanted in (("lab.circle((0, 0), 1, colour='purple')", "mine.py:4: ValueError: colour 'purple' is not one of note"),
                              ("raise ValueError('\\x1b[31mred\\x07')", "mine.py:4: ValueError: ?[31mred?")):
             self.mine(f"  def period(self, lab):\n    {body}\n")
             code, said = self.command("run", "a.toml", "b.toml", "--out", "out", "--force")

@@ -192,7 +192,7 @@ class Kit:
 
     def _tiles_of(self, image, columns, rows, levels):
         try:
-            from PIL import Image  # pylint: disable=import-outside-toplevel
+            from PIL import Image  # type: ignore[import]  # pylint: disable=import-outside-toplevel
         except ImportError as error:
             raise ValueError("a floor from an image needs Pillow (python3-pil)") from error
         path = self._file.parent / image
