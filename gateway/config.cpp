@@ -86,7 +86,7 @@ void GatewayConfig::fields(const hal::Section& gateway) {
                 {.help = "encrypts messages through NATS servers for the trusted labs; they are always signed"});
   gateway.field(
       "watched", watched,
-      {.help = "channels that arkmesh view --federation receives, five samples a second; [] permits no watching"});
+      {.help = "channels that arkmesh view --federation receives, five samples a second; [] disables watching"});
   gateway.field("keys", keys,
                 {.help = "folder of keys and trusted certificates (arkmesh keys). Empty: ~/.config/arkmesh/keys"});
   gateway.field("exports", latest,

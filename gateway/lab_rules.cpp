@@ -26,7 +26,7 @@ Explanation LabRules::explain(Direction way, const std::string& channel, const s
     throw hal::ConfigError(fmt::format("{}: lab {} has no peer {}; gateway.peers names {}", file, lab, peer,
                                        peers.empty() ? "nobody" : fmt::format("{}", fmt::join(peers, ", "))));
   if (std::ranges::find(config.ignored, peer) != config.ignored.end())
-    return {.text = fmt::format("lab {} does not take part: shared.labs does not list it of {}\n", peer, file)};
+    return {.text = fmt::format("lab {} does not take part: shared.labs of {} does not list it\n", peer, file)};
   return gateway::explain({lab, file, config.rules}, way, channel, peer);
 }
 

@@ -97,7 +97,7 @@ std::vector<GroupSettings> groups_of(const hal::Section& ode, const Settings& se
   for (std::size_t i = 0; i < out.size(); ++i)
     if ((rest -= out[i].robots) < 0)
       ode.section("group", static_cast<int>(i))
-          .refuse("robots", fmt::format("makes more than the arena's {}; use fewer, or more in arena.robots",
+          .refuse("robots", fmt::format("makes more than the arena's {}; use fewer, or raise arena.robots",
                                         hal::counted(robots, "robot")));
   if (rest == 0 && !out.empty()) {
     if (!settings.start_poses.empty())

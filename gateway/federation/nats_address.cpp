@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view default_port = ":4222";
 constexpr std::string_view wrong_form =
-    "must be [USER:PASSWORD@]HOST[:PORT], or several separated by commas, for example  "
+    "must be [USER:PASSWORD@]HOST[:PORT], or several separated by commas, for example "
     "nats.example.org:4222,nats2.example.org";
 
 std::string_view trimmed(std::string_view text) {

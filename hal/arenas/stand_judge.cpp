@@ -118,6 +118,7 @@ std::optional<NotStanding::Why> StandJudge::judge(const Places& places, TimePoin
 // LED that changes, or glare, makes one step. False where the heading is not known.
 bool StandJudge::turns(const Places& places) {
   std::vector<std::vector<double>> known(parts);
+  for (std::vector<double>& part : known) part.reserve(places.size());
   for (const Place& place : places) {
     const auto part = parts - 1 - (places.back().at - place.at) * parts / (looks_for + 1ms);
     if (place.heading_known && part >= 0) known[static_cast<std::size_t>(part)].push_back(place.heading_rad);

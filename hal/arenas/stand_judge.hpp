@@ -31,7 +31,7 @@ class StandJudge {
   // Ascending.
   std::vector<NotStanding> not_standing(TimePoint now) const;
   // Whether at least half of the robots that walked or turned around `told`, not long before begin(), have gone on
-  // since. Of walkers sooner known than who it is.
+  // since. Of walkers this is known before it is known which robots they are.
   bool most_walk_on(TimePoint told) const;
   // Robots that came so fast to where they are that somebody must have carried them; each once, ascending.
   std::vector<RobotId> take_carried();

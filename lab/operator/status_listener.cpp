@@ -46,13 +46,16 @@ StatusListener::StatusListener(const hal::BusConfig& config)
                               peers_t peers;
                               if (hal::decode(bytes, peers)) gateway_.hear(std::move(peers));
                             })),
-      peers_(bus_.subscribe("[^/]+/status", [this](std::string_view channel, auto bytes) {
-        lab_status_t status;
-        if (!gateway_.newest || !hal::decode(bytes, status) || channel != status.lab + "/status") return;
-        // Whoever else claims to be a lab is not kept.
-        if (std::ranges::count(gateway_.newest->peers, status.lab, &peer_t::lab) > 0)
-          settings_[status.lab] = hal::printable(status.settings, longest_text);
-      })) {}
+      peers_(
+          bus_.subscribe(fmt::format("[^/]+/{}", hal::channel::status), [this](std::string_view channel, auto bytes) {
+            lab_status_t status;
+            if (!gateway_.newest || !hal::decode(bytes, status) ||
+                channel != fmt::format("{}/{}", status.lab, hal::channel::status))
+              return;
+            // Whoever else claims to be a lab is not kept.
+            if (std::ranges::count(gateway_.newest->peers, status.lab, &peer_t::lab) > 0)
+              settings_[status.lab] = hal::printable(status.settings, longest_text);
+          })) {}
 
 void StatusListener::listen(std::chrono::milliseconds time, hal::StopRequest& stop) {
   for (const auto until = Clock::now() + time; !stop.stopped() && Clock::now() < until;) bus_.drain(20ms);

@@ -198,7 +198,7 @@ TEST_CASE("arkmesh reload reaches the gateway although others hold sockets with 
   CHECK(process.wait(300s) == 0);
   const std::string said = process.output();
   CHECK(said.find("gateway of shark: 4 rules are in force, as shark.toml says now\n") != std::string::npos);
-  CHECK(said.find("a gateway has not answered within 5 s; SIGHUP asks it for the same\n") != std::string::npos);
+  CHECK(said.find("a gateway has not answered within 5 s; SIGHUP makes it reload, too\n") != std::string::npos);
   CHECK(said.find("1 socket with the name of this file's gateways took no connection within 2 s; ") !=
         std::string::npos);
   shark.kill();

@@ -184,7 +184,7 @@ class PythonScenario(unittest.TestCase):
                              ("lab.tell(lab.seen[:2])", "mine.py:4: ValueError: who must be a mask of 5 rows"),
                              ("lab.tell([77])", "mine.py:4: ValueError: this lab has no robot 77"),
                              ("lab.tell([0], value=numpy.nan)", "mine.py:4: ValueError: value must be whole numbers"),
-                             ("lab.tell([0], value=[1, 2])", "mine.py:4: ValueError: value must be one number, or 1,"),
+                             ("lab.tell([0], value=[1, 2])", "mine.py:4: ValueError: value must be one number, or 1 of them,"),
                              ("lab.message(b'123', 5)", "mine.py:4: ValueError: data must be nine bytes, not 3"),
                              ("lab.message([1, 2, 1 << 24], 5)", "mine.py:4: ValueError: data must be nine bytes, or three whole numbers"),
                              ("lab.parameters(bytes(9), 128)", "mine.py:4: ValueError: message_type must be 0 to 127"),

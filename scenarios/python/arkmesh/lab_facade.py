@@ -271,7 +271,7 @@ class Lab(Kit, Showing):
             return numpy.int64(given)
         given = numpy.asarray(given)
         if given.shape not in ((), (n,)):
-            raise ValueError(f"{name} must be one number, or {n}, not an array of shape {given.shape}")
+            raise ValueError(f"{name} must be one number, or {n} of them, not an array of shape {given.shape}")
         if given.dtype.kind == "b":
             given = given.view(numpy.uint8)
             if low <= 0 and high >= 1:

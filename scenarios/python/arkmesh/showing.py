@@ -62,7 +62,7 @@ class Showing:
         self._said.setdefault("counts", []).append([str(name), int(self._column("a count", n, 0, 2**53, 0))])
 
     def show(self, name: str, words: str = "", unit: str = "", curve: bool = False) -> None:
-        """In begin(): how people are told of something.
+        """In begin(): how pages and figures describe a count, a column or a setting.
 
         Parameters
         ----------
