@@ -128,7 +128,9 @@ void tell_one(const OperatorWord& word, const OperatorOptions& options) {
 void tell_world(const OperatorWord& word, OperatorOptions options) {
   const auto shared = hal::Config::from_file(options.file, options.sets).root().read<hal::Participants>();
   std::vector<hal::ChildProcess> children;
-  for (const std::string& lab : shared.labs) {
+  std::vector<std::string> labs = shared.labs;
+  std::ranges::stable_partition(labs, [&](const std::string& lab) { return lab == shared.lab; });  // said first
+  for (const std::string& lab : labs) {
     options.at = lab == shared.lab ? "" : lab;
     children.emplace_back(hal::ChildStart{
         .function = [&word, options] { return exit_code_of([&] { return tell_one(word, options), hal::Exit::done; }); },

@@ -87,8 +87,9 @@ void Original::heard(std::string_view bytes) {
     ++ticks_;
     counters_.add("mark.messages_heard");
     heard_at_ = wall_.now();
-    // Its operator may have stopped it and run it again, with other sites, which does not end the connection.
-    if (std::exchange(quiet_, false)) conversation_.came();
+    // Its operator may have stopped it and run it again, with other sites, which does not end the connection. When the
+    // lab has ended nothing of its world changes.
+    if (std::exchange(quiet_, false) && !ended_) conversation_.came();
     if (!begun_ || ended_ || settings_.flavour == Flavour::ark_qt) {
       hear(message);
       continue;

@@ -16,7 +16,7 @@ enum class Solver : std::uint8_t {
 struct ContactSettings {
   Solver solver = Solver::ode;
   int ode_rounds = 10;    // of ODE's quick step: contacts of crowds stay within 0.3 mm
-  double friction = 0.3;  // Coulomb's, friction coefficient between bodies and with walls
+  double friction = 0.3;  // coefficient of Coulomb's, between bodies and with walls
   // The force with which a robot that drives at `speed_m_s` pushes something that does not give way: what its vibrating
   // legs hold on to the table, about a quarter of its weight of 16 g. An assumption: no source gives it.
   double push_n = 0.04;

@@ -108,7 +108,7 @@ void GroupSettings::check(const hal::Section& group) {
 
 void PresetKey::fields(const hal::Section& ode) {
   ode.field("preset", preset,
-            {.help = "defaults of all other keys: simple, or as measured on real robots",
+            {.help = "defaults of all other keys: simple, or as reported of real robots",
              .one_of = {"ideal", "measured", "measured_0"}});
 }
 

@@ -227,7 +227,7 @@ Finding stop_of_all(const hal::Participants& shared, const Heard& heard, const h
   if (!loose.empty())
     problem(
         fmt::format("operator_command or operator_answer is not \"ordered\" for {}, so a newer message can replace "
-                    "a command or its answer; name operator_command in gateway.ordered",
+                    "a command or its answer; name operator_command in gateway.ordered only",
                     fmt::join(loose, ", ")));
   if (!untaken.empty())
     problem(

@@ -126,8 +126,7 @@ class LinkFaults:
                 while self.takes_place(ending):
                     pass
                 self.link.cut()
-                while not self.takes_place(ending):  # the peer's, as soon as the server has noticed that it is free
-                    pass
+                self.until(300, lambda: self.takes_place(ending), "that a stranger has the peer's place at the server")
                 self.link.mend()
                 time.sleep(self.seconds)
         elif "out of memory" in self.fault:
@@ -151,6 +150,8 @@ class LinkFaults:
             stranger.sendall(b"CONNECT {\"verbose\":false}\r\nPING\r\n")
             while b"PONG" not in said and (more := stranger.recv(4096)):
                 said += more
+        if b"PONG" not in said:
+            stranger.close()
         return b"PONG" in said
 
     def exhaust_memory(self):

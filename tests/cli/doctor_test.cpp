@@ -244,10 +244,11 @@ TEST_CASE("labs that STOP of all labs does not reach") {
             ": no rule exports operator_command to a, b, c, d, so no operator of shark is heard there; name it in "
             "gateway.ordered -> docs/"));
   Command loose_lab(doctor + " " + loose.path());
-  CHECK(has(line_of(loose_lab.words(), "STOP of all labs"),
-            ": operator_command or operator_answer is not \"ordered\" for a, b, c, d, so a newer message can replace a "
-            "command or its answer; name operator_command in gateway.ordered; no rule imports operator_command from b, "
-            "so shark does not hear their STOP; name it in gateway.imports -> docs/"));
+  CHECK(has(
+      line_of(loose_lab.words(), "STOP of all labs"),
+      ": operator_command or operator_answer is not \"ordered\" for a, b, c, d, so a newer message can replace a "
+      "command or its answer; name operator_command in gateway.ordered only; no rule imports operator_command from b, "
+      "so shark does not hear their STOP; name it in gateway.imports -> docs/"));
 }
 
 TEST_CASE("TCP port taken") {

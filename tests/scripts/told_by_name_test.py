@@ -47,6 +47,31 @@ class ToldByName(unittest.TestCase):
         done = subprocess.run([ARKMESH, *words], capture_output=True, text=True, timeout=120, env=ENVIRONMENT, cwd=self.folder)
         return done.returncode, done.stdout + done.stderr
 
+    def test_a_field_that_returns_to_a_former_value(self):
+        """What a lab publishes again and again, or as it was before, is in force in all labs as published last."""
+        (self.folder / "mine.py").write_text("""import arkmesh
+VALUES = [1, 2, 2, 1, 1, 3, 1]
+class Mine(arkmesh.Scenario):
+    def begin(self, lab):
+        lab.declare("x", length=1, low=0, high=9)
+        lab.declare("two", length=2, low=0, high=9)
+        lab.publish("x", [9])
+    def period(self, lab):
+        value = VALUES[lab.periods % len(VALUES)]
+        for each in (value, 8, value):
+            lab.publish("x", [each])
+        lab.publish("two", [value, value])
+        for name in lab.labs:
+            lab.row(name, x=lab.field(name, "x")[0], two=lab.field(name, "two")[-1:].sum())
+""")
+        labs = self.labs("a", "b")
+        for file in labs:
+            file.write_text(file.read_text().replace("duration_s = 2", "duration_s = 9"))
+        self.assertEqual(self.command("run", *labs, "--out", "out")[0], 0)
+        for lab in ("a", "b"):
+            for of in ("a", "b"):
+                self.assertEqual((self.folder / f"out/{lab}/{of}.csv").read_text().split(), ["x,two", "9,0", *(f"{v},{v}" for v in (1, 2, 2, 1, 1, 3, 1, 1, 2))])
+
     def test_random_tables_and_counts(self):
         """Whatever the order of names, rows and labs: each value stands under its name, totals are the labs' sums, and a batch has the same columns."""
         for trial in range(6):
@@ -142,7 +167,7 @@ class ToldByName(unittest.TestCase):
         for word in (2**63, 2**63 + 1, 2**64, 2**70, "1e3", "1.0", "0x10", "010", "-1", "nan", "inf", "+1", " 1"):
             code, said = self.command("run", lab, f"--seed={word}", "--out", "bad")
             self.assertEqual((code, said.count("\n")), (2, 1), (word, said))
-            with self.assertRaises(arkmesh.running.Failed):
+            with self.assertRaises(arkmesh.Failed):
                 arkmesh.run(lab, seed=word, out=self.folder / "bad")
             if word != " 1":
                 code, said = self.command("batch", lab, "--seeds", str(word), "--out", "bad")

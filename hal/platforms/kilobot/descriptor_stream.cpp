@@ -91,7 +91,8 @@ bool DescriptorStream::reset() {
   const sockaddr nobody{.sa_family = AF_UNSPEC, .sa_data = {}};
   ::connect(descriptor_.get(), &nobody, sizeof nobody);
   error_ =
-      "most robots walk although they were told to stop, so this program resets the connection to discard what waits "
+      "most robots walk or turn although they were told to stop, so this program resets the connection to discard what "
+      "waits "
       "in it";
   close();
   return true;

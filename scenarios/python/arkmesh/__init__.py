@@ -27,6 +27,8 @@ if not TYPE_CHECKING:
     def __getattr__(name: str) -> Any:
         if name in _LATER:
             return getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
+        if name in _LATER.values():
+            return importlib.import_module(f".{name}", __name__)
         if name == "open":  # its former name
             renamed.warn("arkmesh.open", "arkmesh.open_run", 2)
             return __getattr__("open_run")

@@ -66,13 +66,9 @@ class Line(answering.Line):
         super().__init__(fileno)
         self.session = session
 
-    def receive(self):
-        kind, content = super().receive()
-        if self.came:  # which no selector tells of
-            self.session.lines.append(self)
-        return kind, content
-
     def computing(self, is_computing):
+        if is_computing and self.came:  # a message behind this one, which no selector tells of
+            self.session.lines.append(self)
         with self.session.lock:
             self.session.busy = self if is_computing else None
 
