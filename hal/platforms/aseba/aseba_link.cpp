@@ -13,7 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds beat_each = 500ms, wheels_each = 100ms, wheels_each_later = 500ms,
-                                    expire_after = 5s;
+                                    say_again = 200ms, expire_after = 5s;
 constexpr std::size_t most_heard = 10'000;
 
 }  // namespace
@@ -171,26 +171,28 @@ void AsebaLink::tell_state(TimePoint now) {
     for (const RobotId robot : info_.robots) see_to(robot, now);
 }
 
-// Tells a robot to stand until its wheels do, and halts a program that sets them again.
+// Tells a robot to stand until its wheels do, also over a line that loses messages, and halts a program that sets them
+// again.
 void AsebaLink::see_to(RobotId robot, TimePoint now) {
   if (!nodes_.is_here(robot)) {
     told_.erase(robot);
     return;
   }
-  const auto [at, fresh] = told_.try_emplace(robot, Told{now, now, now});
+  const auto [at, fresh] = told_.try_emplace(robot, Told{now, now, now, now});
   Told& told = at->second;
   const auto wheels = nodes_.wheels(robot);
   const bool drives = wheels && wheels->asked_at >= told.at && !wheels->stand;
-  if (fresh || drives) {
+  const bool stands = wheels && wheels->asked_at >= told.at && wheels->stand;
+  if (fresh || drives || (!stands && now - told.said >= say_again)) {
     nodes_.set_wheels(robot, {});
-    told.at = now;
+    told.said = now;
   }
+  if (drives) told.at = now;
   if (drives && !told.forced && now - told.first >= forced_after) {
     told.forced = nodes_.tell(robot, Type::pause, {}) && nodes_.set_wheels(robot, {});
     counters_.add("robots.program_halted");
     spdlog::warn("the program of robot {} drives despite the stop command; it is halted until robots resume", robot);
   }
-  const bool stands = wheels && wheels->asked_at >= told.at && wheels->stand;
   if (!fresh && now - told.asked < (stands ? wheels_each_later : wheels_each)) return;
   told.asked = now;
   nodes_.ask_wheels(robot, now);

@@ -84,7 +84,7 @@ class AsebaLink final : public RobotLink {
   std::optional<bool> said_stand_;
   std::optional<TimePoint> told_since_;
   struct Told {
-    TimePoint at, asked, first;
+    TimePoint at, said, asked, first;  // at: when it was known to drive last
     bool forced = false;
   };
   std::map<RobotId, Told> told_;  // to stand

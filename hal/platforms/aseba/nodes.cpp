@@ -107,6 +107,16 @@ bool Nodes::put(Line& line, const Message& message) {
   return true;
 }
 
+// A switch passes on what another program says.
+void Nodes::hear_other(Line& line, const Message& message) {
+  if (message.type == list_nodes) ++line.lists;
+  if (!message.is_event() || words_of(message) == std::vector{only_answer}) return;
+  counters_.add("aseba.other_host");
+  if (!std::exchange(line.said_other, true))
+    spdlog::warn("{}: another program sends events to these robots, too; if it is a lab, end one of the two",
+                 line.connection.name);
+}
+
 std::optional<RobotId> Nodes::robot_of(const Line& line, const Message& message) {
   const std::uint16_t number = message.source;
   if (line.connection.robot) return line.connection.robot;
@@ -121,8 +131,8 @@ std::optional<RobotId> Nodes::robot_of(const Line& line, const Message& message)
 }
 
 void Nodes::hear(std::size_t line, const Message& message, TimePoint now) {
-  if (message.type == list_nodes && message.source == 0) ++lines_[line].lists;
-  if (message.source == 0 || message.type >= reset) return;  // from another program
+  if (message.source == 0) return hear_other(lines_[line], message);
+  if (message.type >= reset) return;
   const auto robot = robot_of(lines_[line], message);
   if (!robot) return;
   auto found = nodes_.find(*robot);
@@ -162,10 +172,12 @@ void Nodes::hear(std::size_t line, const Message& message, TimePoint now) {
   }
 }
 
-// A node answers each question once: who answers oftener is two.
+// A node answers each question once: who answers oftener is two. Answers that were lost long ago do not count.
 void Nodes::count_present(RobotId robot, Node& node, TimePoint now) {
   const Line& line = lines_[node.line];
-  if (++node.presents <= line.lists - node.lists_before + 2) return;
+  const std::uint64_t answered = ++node.presents + most_unanswered;
+  node.lists_before = std::max(node.lists_before, line.lists - std::min(line.lists, answered));
+  if (node.presents <= line.lists - node.lists_before + 2) return;
   node.presents = 0;
   node.lists_before = line.lists - std::min(line.lists, most_unanswered);
   node.twice_at = now;
@@ -281,10 +293,12 @@ bool Nodes::tell(RobotId robot, std::uint16_t type, std::vector<int> words) {
 bool Nodes::set_wheels(RobotId robot, const SetPoint& speed) {
   if (!is_here(robot)) return false;
   const Description& about = nodes_.at(robot).description;
-  const auto set = [&](const std::string& wheel, int mm_s) {
-    return tell(robot, set_variables, {about.find(wheel)->start, static_cast<int>(std::lround(mm_s * make_.per_mm_s))});
-  };
-  return set(make_.wheels[0], speed.left_mm_s) && set(make_.wheels[1], speed.right_mm_s);
+  const int left = about.find(make_.wheels[0])->start, right = about.find(make_.wheels[1])->start;
+  const auto target = [&](int mm_s) { return static_cast<int>(std::lround(mm_s * make_.per_mm_s)); };
+  const int left_target = target(speed.left_mm_s), right_target = target(speed.right_mm_s);
+  // in one message, so that none is lost alone
+  if (right == left + 1) return tell(robot, set_variables, {left, left_target, right_target});
+  return tell(robot, set_variables, {left, left_target}) && tell(robot, set_variables, {right, right_target});
 }
 
 void Nodes::tell_all(std::uint16_t event, std::initializer_list<int> words) {

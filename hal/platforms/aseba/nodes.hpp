@@ -40,6 +40,8 @@ struct Make {
 
 class Nodes {
  public:
+  // The word of an event by which programs only ask who answers (AsebaLink's event_run).
+  static constexpr int only_answer = 2;
   // Until a node counts as gone, and until an answer counts as late.
   static constexpr std::chrono::milliseconds silent_for{4000}, late_after{1000};
 
@@ -90,7 +92,7 @@ class Nodes {
     std::vector<std::uint8_t> out;  // not written yet
     std::uint64_t lists = 0;        // questions who is there, ours and those of other programs
     std::uint64_t damaged = 0;
-    bool said_lost = false, said_damaged = false;
+    bool said_lost = false, said_damaged = false, said_other = false;
   };
   struct Node {
     std::size_t line = 0;
@@ -109,6 +111,7 @@ class Nodes {
   void lost(Line& line, TimePoint now);
   void write(Line& line);
   bool put(Line& line, const Message& message);
+  void hear_other(Line& line, const Message& message);
   void hear(std::size_t line, const Message& message, TimePoint now);
   std::optional<RobotId> robot_of(const Line& line, const Message& message);
   void count_present(RobotId robot, Node& node, TimePoint now);

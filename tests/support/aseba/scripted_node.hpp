@@ -14,6 +14,7 @@
 #include "hal/platforms/aseba/aseba_link.hpp"
 #include "hal/platforms/aseba/protocol.hpp"
 #include "hal/platforms/kilobot/byte_stream.hpp"
+#include "hal/random.hpp"
 #include "hal/time/wall_time.hpp"
 
 namespace arkmesh::tests {
@@ -46,18 +47,22 @@ struct ScriptedLine {
   explicit ScriptedLine(hal::WallTime& time) : wall(time) {}
   hal::WallTime& wall;
   bool plugged = true;
+  double loss = 0;  // share of messages that are lost, each way
+  hal::RandomStream chance{1, "line"};
   std::vector<ScriptedNode> nodes;
   hal::aseba::MessageReader reader;
   std::deque<std::pair<hal::TimePoint, std::vector<std::uint8_t>>> to_lab;  // what is on its way, and until when
 
   void say(const ScriptedNode& node, hal::aseba::Message message) {
     message.source = node.number;
+    if (chance.uniform() < loss) return;
     to_lab.emplace_back(wall.now() + node.delay, hal::aseba::encode(message));
   }
   void raw(std::vector<std::uint8_t> bytes) { to_lab.emplace_back(wall.now(), std::move(bytes)); }
   ScriptedNode& node(std::uint16_t number) { return *std::ranges::find(nodes, number, &ScriptedNode::number); }
 
   void take(const hal::aseba::Message& message) {
+    if (chance.uniform() < loss) return;
     for (ScriptedNode& node : nodes)
       if (node.answers) take(node, message);
   }

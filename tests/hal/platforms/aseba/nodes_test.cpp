@@ -124,6 +124,36 @@ TEST_CASE("aseba nodes: two with one number") {
   }
 }
 
+TEST_CASE("aseba nodes: a second one comes late") {
+  // Answers that a line lost before do not hide that there are two now.
+  NodesBench bench({{1}}, {1});
+  for (int i = 0; i < 50; ++i) {
+    bench.lines[0]->node(1).answers = false;
+    bench.pass(3s);
+    bench.lines[0]->node(1).answers = true;
+    bench.pass(1s);
+  }
+  CHECK_FALSE(bench.nodes->is_twice(1));
+  bench.lines[0]->nodes.push_back({.number = 1});
+  bench.pass(7s);
+  CHECK(bench.nodes->is_twice(1));
+}
+
+TEST_CASE("aseba nodes: another program") {
+  // Events of another program are counted, but for those that only ask who answers; its questions make no node two.
+  NodesBench bench({{1}}, {1});
+  bench.pass(1s);
+  for (const int word : {1, Nodes::only_answer, 0}) bench.lines[0]->raw(encode(make_message(0, {word})));
+  for (int i = 0; i < 9; ++i) {
+    bench.lines[0]->raw(encode(make_message(list_nodes, {protocol_version})));
+    bench.lines[0]->take(make_message(list_nodes, {protocol_version}));
+  }
+  bench.pass(1s);
+  CHECK(bench.counters["aseba.other_host"] == 2);
+  CHECK_FALSE(bench.nodes->is_twice(1));
+  CHECK(bench.nodes->take_events().empty());
+}
+
 TEST_CASE("aseba nodes: another make, or none that describes itself") {
   // A node without this make's wheels is refused by the variable's name; one that does not describe itself is told.
   NodesBench bench({{1, 2}}, {1, 2});
