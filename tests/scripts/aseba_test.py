@@ -32,7 +32,8 @@ width_m = 1.1
 height_m = 1.1
 robots = 2
 [arena.aseba]
-connect = "tcp:127.0.0.1:34001,tcp:127.0.0.1:34012"
+robot = "{robot}"
+connect = "{connect}"
 marker_m = {marker_m}
 [[arena.aseba.cameras]]
 source = "{camera}"
@@ -98,30 +99,48 @@ class Aseba(unittest.TestCase):
         living = [process.pid for process in (*world.processes, self.lab) if process.poll() is None]
         return {pid: run_delay_s(pid) for pid in [*living, os.getpid()]}
 
+    def write_lab(self, world, robot, connect):
+        (self.folder / "circles.py").write_text(SCENARIO)
+        (self.folder / "lab.toml").write_text(
+            LAB.format(robot=robot, connect=connect, marker_m=playground.MARKER_M, camera=world.camera, calibration=world.calibration))
+        return self.folder / "lab.toml"
+
+    def test_e_pucks(self):
+        """Driven, and standing after STOP and at the end, without a program of ours."""
+        with playground.Playground(self.folder, 1.1, [(-0.25, 0.12, 0.0), (0.2, -0.15, 1.57)], make="e-puck") as world:
+            lab = self.write_lab(world, "e-puck", "tcp:127.0.0.1:34001,tcp:127.0.0.1:34002")
+            self.start_lab("pucks")
+            self.all_drive(world)
+            self.assertEqual(self.arkmesh("pause", lab)[0], 0)
+            self.stand_within(2, world, [1, 2], "after STOP", time.monotonic())
+            self.assertEqual(self.arkmesh("resume", lab)[0], 0)
+            self.all_drive(world)
+            self.lab.send_signal(signal.SIGINT)
+            self.assertEqual(self.lab.wait(60), 3, self.said())
+            self.until(2, lambda: all(world.speed(robot) < 0.002 for robot in (1, 2)), "robots stand at the end")
+
     def test_lab(self):
         with playground.Playground(self.folder, 1.1, [(-0.25, 0.12, 0.0), (0.2, -0.15, 1.57)]) as world:
-            # robot 2 is behind a switch, as on a radio
-            switch = world.start("switch", "asebaswitch", "-p", "34012", "tcp:127.0.0.1;34002")
-            lab = self.folder / "lab.toml"
-            lab.write_text(LAB.format(marker_m=playground.MARKER_M, camera=world.camera, calibration=world.calibration))
-            (self.folder / "circles.py").write_text(SCENARIO)
-            # of robots without the program it is said that nothing stops them
+            lab = self.write_lab(world, "thymio", "tcp:127.0.0.1:34012")
+            # both behind one switch, as on a radio: of robots without the program it is said that nothing stops them, and each is loaded for itself
+            switch = "asebaswitch", "-p", "34012", "tcp:127.0.0.1;34001", "tcp:127.0.0.1;34002"
+            first = world.start("switch", *switch)
             code, said = self.arkmesh("doctor", lab)
             self.assertIn("robots 1, 2 run no program that stops their wheels when the lab is gone", said)
-            for port in (34001, 34012):
-                world.load(ROOT / "experiments/makes/robot.aesl", port)
+            for robot in (1, 2):
+                world.load(ROOT / "experiments/makes/robot.aesl", 34012, robot, nodes=2)
             code, said = self.arkmesh("doctor", lab)
             self.assertNotIn("run no program", said)
             self.assertIn("robot 2: node 2 of tcp:127.0.0.1:34012, thymio-II with 30 variables", said)
             # driven
             self.start_lab("first")
             self.all_drive(world)
-            # its node is gone: it stands by itself, that is counted and said; it is back, and drives
+            # their nodes are gone: they stand by themselves, that is counted and said; they are back, and drive
             at = time.monotonic()
-            switch.kill()
-            self.stand_within(2, world, [2], "without its lab", at)
+            first.kill()
+            self.stand_within(2, world, [1, 2], "without their lab", at)
             self.until(10, lambda: "robot 2, node 2 of tcp:127.0.0.1:34012, is gone with its connection" in self.said(), "the loss is said")
-            world.start("switch_again", "asebaswitch", "-p", "34012", "tcp:127.0.0.1;34002")
+            world.start("switch_again", *switch)
             self.all_drive(world)
             # STOP
             self.assertEqual(self.arkmesh("pause", lab)[0], 0)
@@ -144,7 +163,7 @@ class Aseba(unittest.TestCase):
         """What the first lab counted and saw."""
         counters = json.loads((self.folder / "first/result.json").read_text())["counters"]
         self.assertEqual({name: counters.get(f"arena.{name}", 0) for name in ("nodes.found", "nodes.lost", "robots.unguarded")},
-                         {"nodes.found": 3, "nodes.lost": 1, "robots.unguarded": 0})
+                         {"nodes.found": 4, "nodes.lost": 2, "robots.unguarded": 0})
         self.assertEqual(self.arkmesh("export", self.folder / "first", "--csv", "--out", self.folder / "csv")[0], 0)
         with open(self.folder / "csv/thymios/poses.robots.csv", newline="") as table:
             rows = list(csv.DictReader(table))

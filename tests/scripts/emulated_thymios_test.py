@@ -1,9 +1,16 @@
 """A lab of Thymios on an emulated testbed, all processes of their own: the team formation of experiments/makes, its roll call, STOP, and faults."""
+import contextlib
 import csv
 import itertools
 import math
+import os
+import pty
 import re
+import select
+import socket
 import subprocess
+import threading
+import tty
 import unittest
 
 from aseba_test import to_segment
@@ -14,11 +21,43 @@ LAB = """include = ["{root}/experiments/makes/dhtf_testbed.toml"]
 [bus]
 url = "udpm://239.255.76.67:7794?ttl=0&recv_buf_size=4194304"
 [arena.aseba]
-connect = "tcp:{nodes}"
+connect = "{nodes}"
 [[arena.aseba.cameras]]
 source = "{camera}"
 calibration = "{folder}/testbed.yaml"
 """
+
+
+class Dongle:
+    """A serial device by a name that stays, as of a radio dongle. It is unplugged when the nodes' end is cut, and plugged in again after a second."""
+
+    def __init__(self, name, host, port):
+        self.name, self.address, self.ended = name, (host, int(port)), threading.Event()
+        threading.Thread(target=self.run, daemon=True).start()
+
+    def run(self):
+        while not self.ended.wait(1):
+            with contextlib.suppress(OSError), socket.create_connection(self.address) as nodes:
+                ours, device = pty.openpty()
+                tty.setraw(device)
+                self.name.symlink_to(os.ttyname(device))
+                try:
+                    self.pass_on(ours, nodes)
+                finally:
+                    self.name.unlink()
+                    os.close(device)
+                    os.close(ours)
+
+    def pass_on(self, ours, nodes):
+        while not self.ended.is_set():
+            ready, _, _ = select.select([ours, nodes], [], [], 0.2)
+            if ours in ready:
+                nodes.sendall(os.read(ours, 4096))
+            if nodes in ready:
+                if not (said := nodes.recv(4096)):
+                    return
+                while said:
+                    said = said[os.write(ours, said):]
 
 
 class EmulatedThymios(EmulatedLab):
@@ -28,11 +67,16 @@ class EmulatedThymios(EmulatedLab):
         where = self.until(300, lambda: re.search(r"(http://\S+)\nnodes: tcp:(\S+)\ncommands: ([\d.]+):(\d+)", self.said("emulator")), "the emulator's start")
         self.control = where[3], int(where[4])
         lab = self.folder / "lab.toml"
-        lab.write_text(LAB.format(root=ROOT, camera=where[1], nodes=where[2], folder=self.folder))
-        # the roll call
+        written = LAB.format(root=ROOT, camera=where[1], nodes="tcp:" + where[2], folder=self.folder)
+        lab.write_text(written)
+        # the roll call, over TCP; then all over a serial line
         done = subprocess.run([PROGRAM, "doctor", lab], capture_output=True, text=True, timeout=120)
         self.assertIn(f"robot 6: node 6 of tcp:{where[2]}, thymio-II with 8 variables", done.stdout + done.stderr)
         self.assertNotIn("run no program", done.stdout + done.stderr)
+        dongle = Dongle(self.folder / "dongle", *where[2].split(":"))
+        self.addCleanup(dongle.ended.set)
+        self.until(10, dongle.name.exists, "the dongle's device")
+        lab.write_text(written.replace("tcp:" + where[2], str(dongle.name)))
         self.start("lab", "lab", lab, "--set", "run.duration_s=10000", "--set", 'shared.labs=["thymios"]', "--set", "shared.owner=thymios", "--out",
                    self.folder / "run")
         self.until(300, lambda: re.search(r"period [1-9]", self.said("lab")), "the naming of everybody")

@@ -12,7 +12,7 @@ import time
 
 PROGRAMS = "asebaplayground", "asebamassloader", "asebaswitch", "Xvfb", "dbus-daemon", "localedef"
 SERVICE = "ch.epfl.mobots.AsebaPlayground"
-MARKER_M, TOP_M, CAMERA_M = 0.06, 0.053, 2.0
+MARKER_M, CAMERA_M = 0.06, 2.0
 WORLD = """<!DOCTYPE aseba-playground>
 <aseba-playground>
 <author name="" email=""/><description lang="en"></description>
@@ -21,7 +21,8 @@ WORLD = """<!DOCTYPE aseba-playground>
 {robots}
 </aseba-playground>
 """
-ROBOT = '<robot type="thymio2" x="{x}" y="{y}" angle="{angle}" port="{port}" name="{name}" nodeId="{name}"/>'
+MAKES = {"thymio2": ("AsebaThymio2", 0.053), "e-puck": ("EPuck", 0.05)}  # how the world's file names them: their name on D-Bus, their height in metres
+ROBOT = '<robot type="{make}" x="{x}" y="{y}" angle="{angle}" port="{port}" name="{name}" nodeId="{name}"/>'
 CALIBRATION = """%YAML:1.0
 ---
 cameras:
@@ -73,10 +74,11 @@ def lacking():
 class Playground:
     """`poses`: (x, y, heading) in metres and radians from the arena's middle, of robots 1, 2 and so on. Robot i listens on port first_port + i."""
 
-    def __init__(self, folder, side_m, poses, first_port=34000, px=1100):
+    def __init__(self, folder, side_m, poses, first_port=34000, px=1100, make="thymio2"):
         import cv2
         self.folder, self.side_m, self.first_port, self.px = pathlib.Path(folder), side_m, first_port, px
         self.count = len(poses)
+        self.type, self.top_m = MAKES[make]
         self.focal = px / side_m * CAMERA_M * 0.97
         self.history = []  # (monotonic time, {robot: pose})
         self.newest = {}
@@ -85,7 +87,7 @@ class Playground:
         # 8 squares across and a white border of one
         self.markers = {i + 1: cv2.cvtColor(cv2.copyMakeBorder(cv2.aruco.drawMarker(family, i + 1, 64), 8, 8, 8, 8, cv2.BORDER_CONSTANT, value=255),
                                             cv2.COLOR_GRAY2BGR) for i in range(self.count)}
-        robots = [ROBOT.format(x=100 * (x + side_m / 2), y=100 * (y + side_m / 2), angle=angle, port=first_port + i, name=i)
+        robots = [ROBOT.format(make=make, x=100 * (x + side_m / 2), y=100 * (y + side_m / 2), angle=angle, port=first_port + i, name=i)
                   for i, (x, y, angle) in enumerate(poses, 1)]
         (self.folder / "world.playground").write_text(WORLD.format(side=100 * side_m, robots="\n".join(robots)))
         self.calibration = self.folder / "camera.yaml"
@@ -143,7 +145,7 @@ class Playground:
                 if not robots:
                     bus = bus or dbus.bus.BusConnection(self.environment["DBUS_SESSION_BUS_ADDRESS"])
                     world = dbus.Interface(bus.get_object(SERVICE, "/world"), "ch.epfl.mobots.EnkiWorld")
-                    names = list(world.PhysicalObjectsByType("AsebaThymio2"))
+                    names = list(world.PhysicalObjectsByType(self.type))
                     if len(names) == self.count:
                         robots = [dbus.Interface(bus.get_object(SERVICE, world.PhysicalObject(name)), "org.freedesktop.DBus.Properties") for name in names]
                 else:
@@ -158,7 +160,7 @@ class Playground:
         import numpy
         out = numpy.full((self.px, self.px, 3), 190, numpy.uint8)
         size = 80  # pixels of a marker's picture
-        px_per_m = self.focal / (CAMERA_M - TOP_M)
+        px_per_m = self.focal / (CAMERA_M - self.top_m)
         for robot, (x, y, angle) in self.newest.items():
             scale = px_per_m * MARKER_M / 64
             turn = cv2.getRotationMatrix2D(((size - 1) / 2, (size - 1) / 2), math.degrees(angle) - 90, scale)  # its top is its front
@@ -174,21 +176,26 @@ class Playground:
             part[inside] = drawn[inside]
         return cv2.imencode(".jpg", out, [cv2.IMWRITE_JPEG_QUALITY, 90])[1].tobytes()
 
-    def load(self, program, port):
-        """Loads the robots' program over a port, as users do."""
+    def load(self, program, port, robot, nodes=1):
+        """Loads a robot's program over a port that leads to so many nodes, as users do."""
         locales = self.folder / "locales"
         if not locales.exists():  # asebamassloader ends without this one
             locales.mkdir()
             subprocess.run(["localedef", "-i", "en_US", "-f", "UTF-8", locales / "en_US.UTF-8"], capture_output=True, check=True)
-        said = self.folder / f"load_{port}.txt"
-        with open(said, "wb") as out:
-            loader = subprocess.Popen(["asebamassloader", program, f"tcp:127.0.0.1;{port}"], stdout=out, stderr=out,
-                                      env={**self.environment, "LOCPATH": str(locales), "LC_ALL": "en_US.UTF-8"})
-        try:
-            until(20, lambda: b"bytecodes loaded" in said.read_bytes(), f"loading {program} over port {port}")
-        finally:
-            loader.kill()
-            loader.wait()
+        own, said = self.folder / "own.aesl", self.folder / f"load_{robot}.txt"
+        own.write_text(program.read_text().replace('nodeId="1"', f'nodeId="{robot}"'))
+        for _ in range(5):  # it fails for a node that has not described itself in full
+            with open(said, "wb") as out:
+                loader = subprocess.Popen(["asebamassloader", own, f"tcp:127.0.0.1;{port}"], stdout=out, stderr=out,
+                                          env={**self.environment, "LOCPATH": str(locales), "LC_ALL": "en_US.UTF-8"})
+            try:  # it loads at each node that it meets
+                until(20, lambda: said.read_bytes().count(b"bytecodes loaded") + said.read_bytes().count(b"error") >= nodes, f"loading robot {robot}")
+            finally:
+                loader.kill()
+                loader.wait()
+            if b"error" not in said.read_bytes():
+                return
+        raise AssertionError(f"loading robot {robot}: {said.read_text()}")
 
     def moved_last(self, robot, by_m=0.002):
         """When it was last so far from where it is."""
