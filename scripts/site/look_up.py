@@ -115,12 +115,12 @@ def python_api(package):
     exported = re.findall(r'"(\w+)"', re.search(r"^__all__ = \[(.*)\]$", init, re.M)[1])
     pieces = re.findall(r"^class (\w+)\(Piece\):", (package / "pieces.py").read_text(), re.M)
     parts = {"Runs": [f"{home[name]}.{name}" for name in ("run", "batch", "sweep", "check", "lab", "Failed")],
-             "Scenarios": ["scenario.Scenario", "lab_facade.Lab", "showing.Showing", "kit.Kit", "scenario.Others", "places.within"],
+             "Scenarios": ["scenario.Scenario", "lab_facade.Lab", "telling.Telling", "showing.Showing", "kit.Kit", "scenario.Others", "places.within"],
              "Pieces of the kit": [f"pieces.{name}" for name in pieces],
              "Recorded runs": ["batches.open_run", "recorded.Run", "recorded.LabRun", "recorded.Arrays", "batches.Batch"]}
     missing = set(exported) - {name.rpartition(".")[2] for names in parts.values() for name in names}
     if missing:
         sys.exit(f"site: no part of the page of Python's package has {', '.join(sorted(missing))}")
     out = "# Python\n\nWhat `import arkmesh` offers, with units and shapes; [Writing a scenario](writing-a-scenario.md) and [Reading results](reading-results.md) explain it. " \
-          "A `Lab` has the methods of `Showing` and `Kit`, too; a `Run` and a `LabRun` have what `Arrays` has.\n\n"
+          "A `Lab` has the methods of `Telling`, `Showing` and `Kit`, too; a `Run` and a `LabRun` have what `Arrays` has.\n\n"
     return out + "".join(f"## {part}\n\n" + "".join(f"::: arkmesh.{name}\n\n" for name in names) for part, names in parts.items())

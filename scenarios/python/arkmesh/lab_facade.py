@@ -11,32 +11,17 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from .kit import Kit
-from .pieces import _number
 from .renamed import renamed
 from .scenario import Others, Solid
 from .showing import Showing
+from .telling import NOT_SHOWN, WORD, Telling
 
 _Setting = TypeVar("_Setting", bool, int, float, str)
 
-WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("how", "u1"), ("pad", "u1"), ("value", "<u4")])
 HEARD = numpy.dtype([("robot", "<u4"), ("kind", "<u4"), ("value", "<i4")])
-ONCE, UNTIL_LED_CHANGES, SHOWN, NOT_SHOWN = range(4)  # WORD's `how`, as scenarios/python/python_scenario.cpp has it
-_WHEELS = 255  # the slot of drive(), as hal/robot/set_point.hpp has it
 
 
-def _nine_bytes(data):
-    if not isinstance(data, (bytes, bytearray)):
-        given = numpy.asarray(data)
-        high = {(3,): 2**24 - 1, (9,): 255}.get(given.shape)
-        if high is None or given.dtype.kind not in "iu" or given.min() < 0 or given.max() > high:
-            raise ValueError("data must be nine bytes, or three whole numbers of 24 bits")
-        data = b"".join(int(v).to_bytes(9 // len(given), "big") for v in given)
-    if len(data) != 9:
-        raise ValueError(f"data must be nine bytes, not {len(data)}")
-    return list(data)
-
-
-class Lab(Kit, Showing):
+class Lab(Kit, Showing, Telling):
     """What a scenario sees of its lab, and what it can say.
 
     Arrays have one row for each robot of this lab, in the order of `ids`. Of robots that were never seen nothing is known: numbers are NaN, whole
@@ -164,15 +149,37 @@ class Lab(Kit, Showing):
         return self._ask(asked)
 
     def needs_airtime(self, words_per_s: float) -> None:
-        """In begin(): how many words to single robots, of all together, this scenario has to say in a second. ValueError where the
-        arena's airtime carries fewer."""
+        """Declares in begin() how many words the scenario says to single robots.
+
+        Parameters
+        ----------
+        words_per_s
+            Words a second, to all robots together.
+
+        Raises
+        ------
+        ValueError
+            If the arena's airtime carries fewer.
+        """
         if not 0 <= words_per_s <= self._words_per_s:
             raise ValueError(f"{words_per_s:g} words a second exceed the {self._words_per_s:.3g} of this arena's airtime; "
                              "speak to fewer robots, or more rarely")
 
     def random(self, purpose: str, common: bool = False) -> numpy.random.Generator:
-        """A numpy Generator of this lab for `purpose`: it depends on run.seed, lab and purpose, on nothing else. `common`: not on the lab
-        either, so that labs that draw alike, as in begin() and period(), have the same numbers."""
+        """Returns this lab's generator of random numbers for `purpose`; it depends on run.seed, lab and purpose only.
+
+        Parameters
+        ----------
+        purpose
+            A word of your own.
+        common
+            The generator does not depend on the lab: labs that draw alike, as in begin() and period(), get the same numbers.
+
+        Returns
+        -------
+        numpy.random.Generator
+            The same one at each call.
+        """
         name = f"{'' if common else self.name}/{purpose}"
         if name not in self._streams:
             digest = hashlib.sha256(f"{self._seed}/{name}".encode()).digest()
@@ -180,159 +187,33 @@ class Lab(Kit, Showing):
             self._streams[name] = numpy.random.Generator(numpy.random.PCG64(seed))
         return self._streams[name]
 
-    # --- robots ---
-    def tell(self, who: ArrayLike, kind: ArrayLike = 0, value: ArrayLike = 0, slot: ArrayLike = 0, shown: Optional[ArrayLike] = None) -> None:
-        """What robots have to know: it is said at once when it changes, and again each second until the robot shows it.
-
-        Parameters
-        ----------
-        who
-            (n) a mask over the rows, or ids.
-        kind, value, slot
-            Whole numbers below `kinds`, `values` and 256: one, or one for each row or id. Kinds that exclude each other share a slot.
-        shown
-            (n) a mask of who shows it; without one, a robot shows it when its LED is another one than at the change.
-
-        Raises
-        ------
-        ValueError
-            If a number is beyond its limits or not whole, a shape is another one, or an id is none of this lab's.
-        """
-        how = UNTIL_LED_CHANGES if shown is None else self._not_shown - self._column("shown", shown, 0, 1)  # SHOWN is one less
-        self._say(who, kind, value, slot, how)
-
-    def say(self, who: ArrayLike, kind: ArrayLike = 0, value: ArrayLike = 0, slot: ArrayLike = 0, every_s: float = 0.0) -> None:
-        """Says a word to robots once.
-
-        Parameters
-        ----------
-        who, kind, value, slot
-            As in `tell()`.
-        every_s
-            Seconds: called at each frame, a robot is told the newest in that slot once in so long; 0: at each call.
-
-        Raises
-        ------
-        ValueError
-            As in `tell()`.
-        """
-        self._say(who, kind, value, slot, ONCE, _number("every_s", every_s, 0, 1e6))
-
-    def drive(self, who: ArrayLike, left: ArrayLike, right: ArrayLike) -> None:
-        """Sets speeds of wheels. They are in force until the next ones, and said again to a robot that may lack them.
-
-        Parameters
-        ----------
-        who
-            (n) a mask over the rows, or ids.
-        left, right
-            Metres a second, backwards below 0: one number, or one for each row or id.
-
-        Raises
-        ------
-        ValueError
-            If robots cannot be driven, or not so fast.
-        """
-        if not self.wheels_m_per_s:
-            raise ValueError(f"drive: a {self.make} has no wheels that a lab can drive; only its own program moves it")
-        rows, by_ids = self._rows(who)
-        words = numpy.zeros(len(rows), WORD)
-        words["robot"], words["slot"], words["how"] = self.ids[rows], _WHEELS, SHOWN
-        most = round(1000 * self.wheels_m_per_s)
-        for name, given, shift in (("left", left, 12), ("right", right, 0)):
-            mm_s = numpy.round(1000 * numpy.asarray(given, dtype=float))
-            words["value"] += (self._chosen(f"{name}, mm/s,", mm_s, -most, most, rows, by_ids).astype(numpy.int64) + 2048).astype(numpy.uint32) << shift
-        self._words.append(words)
-
-    @renamed(type="message_type")
-    def message(self, data: Any, message_type: int, who: Optional[ArrayLike] = None, slot: ArrayLike = 0) -> None:
-        """A whole message of nine bytes and a type 0 to 127, said once: to all robots, or, in simulation only, to `who`. `data`:
-        nine bytes, or three numbers of 24 bits, most significant byte first. It takes the place of words to three robots."""
-        if who is not None and not self.whole_to_one:
-            raise ValueError("who: an overhead controller cannot send a whole message to single robots; omit who")
-        self._said.setdefault("whole", []).append(
-            {"type": self._type(message_type), "data": _nine_bytes(data), "slot": int(self._column("slot", slot, 0, 255, 0)),
-             "robots": None if who is None else self.ids[self._rows(who)[0]].tolist()})
-
-    @renamed(type="message_type")
-    def parameters(self, data: Any, message_type: int) -> None:
-        """What robots have to know before they run: repeated to all of them right before they begin, and before they run after
-        a reset. Those of a type that are given in one call of the scenario, such as one for each robot with its id in `data`, replace
-        former ones of that type; 64 in all at most. Both arguments as in message()."""
-        self._said.setdefault("parameters", []).append({"type": self._type(message_type), "data": _nine_bytes(data)})
-
-    def _type(self, given):
-        return int(self._column("message_type", given, 0, 127, 0))
-
-    def _column(self, name, given, low, high, n=None):
-        """A number, or one for each row, as integers within low..high."""
-        n = len(self.ids) if n is None else n
-        if isinstance(given, (int, numpy.integer)) and low <= given <= high:  # the usual one, at once
-            return numpy.int64(given)
-        given = numpy.asarray(given)
-        if given.shape not in ((), (n,)):
-            raise ValueError(f"{name} must be one number, or {n} of them, not an array of shape {given.shape}")
-        if given.dtype.kind == "b":
-            given = given.view(numpy.uint8)
-            if low <= 0 and high >= 1:
-                return given
-        if given.dtype.kind not in "iuf" or (given.dtype.kind == "f" and not (given == numpy.floor(given)).all()):
-            raise ValueError(f"{name} must be whole numbers, without NaN")
-        if given.size and (given.min() < low or given.max() > high):
-            raise ValueError(f"{name} must be {low} to {high}, not {given.min()} to {given.max()}")
-        return given
-
-    def _chosen(self, name, given, low, high, rows, by_ids):
-        """As _column, of the robots at `rows`: a number, or one for each. Where `rows` are no ids, `given` has all robots'; what it
-        has of others does not matter, such as NaN of robots that were never seen."""
-        if not isinstance(given, (int, numpy.integer)) and not by_ids and (given := numpy.asarray(given)).shape == self.ids.shape:
-            given = given[rows]
-            return self._column(name, given, low, high, len(given))
-        return self._column(name, given, low, high, len(rows) if by_ids else None)
-
-    def _rows(self, who):
-        """The rows that are meant, and whether they were named by ids, and not by a mask."""
-        who = numpy.asarray(who)
-        if who.dtype.kind in "iu":
-            who = numpy.atleast_1d(who)
-            rows = numpy.searchsorted(self.ids, who)
-            known = (rows < len(self.ids)) & (self.ids[numpy.minimum(rows, max(0, len(self.ids) - 1))] == who if len(self.ids) else False)
-            if not known.all():
-                raise ValueError(f"this lab has no robot {who[~known][0]}")
-            return rows, True
-        if who.dtype.kind == "b" and who.shape == self.ids.shape:
-            return numpy.flatnonzero(who), False
-        if who.size == 0:
-            return numpy.zeros(0, dtype=int), False
-        raise ValueError(f"who must be a mask of {len(self.ids)} rows, or ids, not an array of {who.dtype} of shape {who.shape}")
-
-    def _say(self, who, kind, value, slot, how, every_s=0.0):
-        who = numpy.asarray(who)
-        if who.dtype == bool and who.shape == self.ids.shape and who.tobytes().find(0) < 0:
-            rows, by_ids = slice(None), False  # of all, as they lie
-        else:
-            rows, by_ids = self._rows(who)
-        words = numpy.ndarray(len(self.ids), WORD, bytearray(self._to_all))[rows]
-        columns = [("kind", kind, self.kinds - 1), ("value", value, self.values - 1), ("slot", slot, _WHEELS - 1 if self.wheels_m_per_s else 255)]
-        for name, given, high in columns:
-            if type(given) is int and given == 0:  # as it mostly is
-                continue
-            words[name] = self._chosen(name, given, 0, high, rows, by_ids)
-        how = numpy.asarray(how)
-        words["how"] = how if how.ndim == 0 else how[rows]
-        if every_s > 0:
-            said = self._said_s.setdefault(int(self._column("slot, with every_s,", slot, 0, 255, 0)), numpy.full(len(self.ids), -math.inf))
-            due = self.now_s - said[rows] >= every_s - 1e-6  # of rounding
-            said[rows] = numpy.where(due, self.now_s, said[rows])
-            words = words[due]
-        self._words.append(words)
-
     # --- what labs share ---
     def declare(self, name: str, length: int = 1, low: int = 0, high: int = 1_000_000, owner_only: bool = False, initial_only: bool = False,
                 up_to: bool = False) -> None:
-        """In begin() only, and alike in all labs: each lab has a field of this name, of `length` whole numbers from `low` to `high`, or, `up_to`
-        true, of so many at most. `owner_only`: only the owner (shared.owner) publishes it. `initial_only`: it is published in begin(), and
-        stays as it is. What a lab publishes against this ends its run; what a peer does is refused and counted."""
+        """Declares a field that each lab publishes to all labs; in begin() only, and alike in all labs.
+
+        Whole numbers against the declaration end the run of the lab that publishes them; those of a peer are refused and counted.
+
+        Parameters
+        ----------
+        name
+            Of the field.
+        length
+            How many whole numbers it has; with `up_to`, at most.
+        low, high
+            Their limits.
+        owner_only
+            Only the owner (shared.owner) publishes it.
+        initial_only
+            It is published in begin(), and does not change.
+        up_to
+            `length` is the largest one.
+
+        Raises
+        ------
+        ValueError
+            If the field is declared already, or its name begins with "kit.".
+        """
         if name in self._rules or str(name).startswith("kit."):
             raise ValueError(f"field {name!r} is {'declared already' if name in self._rules else 'one of the kit'}; give another name")
         self._rules[name] = (length, up_to)
@@ -341,7 +222,20 @@ class Lab(Kit, Showing):
              "initial_only": bool(initial_only), "up_to": bool(up_to)})
 
     def publish(self, name: str, values: ArrayLike) -> None:
-        """Sets an own field: whole numbers. It is in force in all labs once it is merged."""
+        """Sets a field of this lab. It is in force in all labs at the next boundary.
+
+        Parameters
+        ----------
+        name
+            A declared field.
+        values
+            As many whole numbers as the field has.
+
+        Raises
+        ------
+        ValueError
+            If the field is not declared, or the numbers are not as declared.
+        """
         if name not in self._rules:
             raise ValueError(f"field {name!r} is not declared; declare it in begin()")
         length, up_to = self._rules[name]
@@ -356,7 +250,25 @@ class Lab(Kit, Showing):
             self._published[name] = self._said.setdefault("publish", {})[name] = numbers
 
     def field(self, lab: str, name: str) -> NDArray[numpy.int64]:
-        """A lab's field as merged last, or, of one with `initial_only`, as it was at the start; empty when it has said none."""
+        """Returns a lab's field as of the last boundary.
+
+        Parameters
+        ----------
+        lab
+            One of `labs`.
+        name
+            A field; one with `initial_only` has its value from the start on.
+
+        Returns
+        -------
+        numpy.ndarray
+            (length) of int64; empty where the lab has not published it.
+
+        Raises
+        ------
+        ValueError
+            If there is no such lab.
+        """
         if lab not in self.labs:
             raise ValueError(f"{lab!r} is not one of the labs {', '.join(self.labs)}")
         return self._merged.get(lab, {}).get(name, numpy.zeros(0, dtype=numpy.int64))
