@@ -234,6 +234,14 @@ TEST_CASE("JPEGs are found between heads, padding and damage, in parts of any le
   const auto at = std::search(huge.begin(), huge.end(), frame_head.begin(), frame_head.end());
   std::fill(at + 5, at + 9, std::uint8_t{0xFF});  // 65535 x 65535 pixels
   CHECK(decode_jpeg(huge).empty());
+  // A picture's memory is used again, but not while somebody has it.
+  const cv::Mat held = decode_jpeg(first), as_decoded = held.clone();
+  std::vector<cv::Mat> more;
+  for (int i = 0; i < 5; ++i) more.push_back(decode_jpeg(second));
+  CHECK(cv::norm(held, as_decoded, cv::NORM_INF) == 0);
+  more.clear();
+  const std::uint8_t* const memory = decode_jpeg(second).data;
+  CHECK(decode_jpeg(second).data == memory);
 }
 
 TEST_CASE("a video's damaged pictures are left out one by one, and those after them keep their times") {

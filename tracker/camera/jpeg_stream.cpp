@@ -53,8 +53,8 @@ void decode_rows(std::span<const std::uint8_t> jpeg, unsigned shrink, std::int64
   jpeg_create_decompress(&reader);
   jpeg_mem_src(&reader, jpeg.data(), jpeg.size());
   jpeg_read_header(&reader, TRUE);
-  if (reader.arith_code) return;  // which decodes to something whatever is damaged or missing
-  if (std::int64_t{reader.image_width} * reader.image_height > most_pixels) return;
+  if (reader.arith_code) return picture.release();  // which decodes to something whatever is damaged or missing
+  if (std::int64_t{reader.image_width} * reader.image_height > most_pixels) return picture.release();
   reader.out_color_space = reader.num_components > 3 ? JCS_CMYK : JCS_EXT_BGR;
   reader.scale_denom = shrink;
   jpeg_start_decompress(&reader);
@@ -162,9 +162,14 @@ void JpegStream::end() {
 }
 
 cv::Mat decode_jpeg(std::span<const std::uint8_t> jpeg) {
+  // Memory of pictures that nobody has any more: the kernel takes 0.4 ms to give 6 MB of new memory.
+  thread_local std::array<cv::Mat, 3> kept;
+  const auto is_free = [](const cv::Mat& one) { return !one.u || CV_XADD(&one.u->refcount, 0) == 1; };
   try {
     // OpenCV takes as long again to turn RGB into BGR
-    cv::Mat picture;
+    cv::Mat other;
+    const auto spare = std::ranges::find_if(kept, is_free);
+    cv::Mat& picture = spare == kept.end() ? other : *spare;
     Decoder decoder;
     decode_rows(jpeg, 1, max_camera_pixels, decoder, picture);
     if (picture.channels() < 4) return picture;

@@ -24,6 +24,7 @@ constexpr double surely_seen = 0.7;         // confidence in what only the net h
 constexpr double least_likeness = 0.5;      // of that: plain discs and rings have none
 constexpr double fewest_of_own = 3;         // beyond doubt, where nothing else was found
 constexpr std::size_t max_sizes = 6;        // that are looked at closely, of those that the net sees
+constexpr int ask_every = 3;                // searches of a camera that find as many as before
 constexpr std::size_t max_objections = 60;  // that an explanation holds
 
 // Whether a picture has no colour where its robots are: a monochrome camera's.
@@ -63,11 +64,11 @@ class Detector::Search {
         });
         robots = BodySearch::united(bgr, {robots, untold});
       }
-      return with_leds(bgr, with_second_opinion(bgr, std::move(robots), false));
+      return with_leds(bgr, asked_now_and_then(bgr, std::move(robots), false));
     }
     if (diameter_px_) robots = bodies_.about_diameter(bgr, *diameter_px_);
     if (robots.empty()) diameter_px_.reset(), robots = bodies_.of_any_diameter(bgr);
-    robots = with_second_opinion(bgr, std::move(robots), true);
+    robots = asked_now_and_then(bgr, std::move(robots), true);
     // Three that agree are worth remembering; cameras are refocused and tables tilted, so it drifts along.
     if (robots.size() < 3)
       diameter_px_.reset();
@@ -170,6 +171,15 @@ class Detector::Search {
     return std::hypot(a.x_px - b.x_px, a.y_px - b.y_px) < within_px;
   }
 
+  // While nothing changes the net is asked more rarely: what it alone has seen is followed.
+  std::vector<Candidate> asked_now_and_then(const cv::Mat& bgr, std::vector<Candidate> robots, bool any_size) {
+    const bool as_before = !robots.empty() && robots.size() == found_before_;
+    found_before_ = robots.size();
+    if (as_before && ++since_asked_ < ask_every) return robots;
+    since_asked_ = 0;
+    return with_second_opinion(bgr, std::move(robots), any_size);
+  }
+
   // The trained net's opinion: adds robots of the others' size; where it sees less than half of what was found, or
   // nothing was found, it looks for robots of any size, if `any_size`.
   std::vector<Candidate> with_second_opinion(const cv::Mat& bgr, std::vector<Candidate> robots, bool any_size) {
@@ -265,6 +275,8 @@ class Detector::Search {
   BodySearch bodies_;
   SearchNet net_;
   std::vector<NetFind> finds_;
+  std::size_t found_before_ = 0;  // by rules alone, in the last search
+  int since_asked_ = 0;           // searches
 };
 
 Detector::Detector(const DetectorSettings& settings) : search_(std::make_unique<Search>(settings)) {}
