@@ -13,7 +13,7 @@ namespace arkmesh::mark {
 class Conversation {
  public:
   virtual ~Conversation() = default;
-  // The original is there, anew, or speaks again after a silence: it may know nothing.
+  // The original is there, anew, or may have begun anew: it may know nothing.
   virtual void came() = 0;
   // It is gone, or labs stand still while it goes on: nobody is ready for the other until news comes of him.
   virtual void gone() = 0;

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "lab/exchange/peers.hpp"
 
@@ -26,7 +27,10 @@ void DhtfServerConversation::hear(const Message& message) {
       // It keeps the Init of an earlier connection, and acknowledges no other.
       if (!was_acked_)
         return conflict("the original client plays with sites of another server: start it and this lab again");
-      acked_ = true;
+      if (!std::exchange(acked_, true))
+        spdlog::warn(
+            "the original client plays on with sites of an earlier connection: if other labs had told it, start it and "
+            "all labs again");
       if (const auto levels = read_levels(message.text, ready_.size())) ready_ = *levels;
       break;
     default:

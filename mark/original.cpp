@@ -86,10 +86,12 @@ void Original::heard(std::string_view bytes) {
   for (Message& message : splitter_.feed(bytes)) {
     ++ticks_;
     counters_.add("mark.messages_heard");
-    heard_at_ = wall_.now();
-    // Its operator may have stopped it and run it again, with other sites, which does not end the connection. When the
-    // lab has ended nothing of its world changes.
-    if (std::exchange(quiet_, false) && !ended_) conversation_.came();
+    // Its operator may have stopped a server and run it again, with other sites, which does not end the connection; it
+    // is later than usual then. When the lab has ended nothing of its world changes.
+    const bool is_late = wall_.now() - std::exchange(heard_at_, wall_.now()) > settings_.period * 5 / 4;
+    if (settings_.flavour == Flavour::ark_qt && role_ == Role::client && begun_ && !ended_ && is_late)
+      conversation_.came();
+    quiet_ = false;
     if (!begun_ || ended_ || settings_.flavour == Flavour::ark_qt) {
       hear(message);
       continue;
@@ -169,9 +171,8 @@ void Original::skip() {
   standing_ += more;
   counters_.set("mark.skipped.ms", static_cast<std::uint64_t>(skipped_ / 1ms));
   if (!stood && standing_ > settings_.ahead && !away_since()) {
-    spdlog::warn(
-        "lab time stands still at {:.1f} s, {:.1f} s behind {}: it goes on meanwhile, with teams of its own only",
-        seconds(told_), seconds(settings_.ahead), name());
+    spdlog::warn("lab time stands still at {:.1f} s, {:.1f} s behind {}: it goes on by itself meanwhile",
+                 seconds(told_), seconds(settings_.ahead), name());
     conversation_.gone();
   }
   zero_ += more;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mark/dhtf_conversation.hpp"
+#include "tests/sim_ode/heard_warnings.hpp"
 #include "tests/support/mark/original_bench.hpp"
 
 using namespace arkmesh;
@@ -141,6 +142,22 @@ TEST_CASE("ark-qt: a server that is started again, while we stay, is heard befor
       CHECK(talk.conflict() == "start all labs again: the original server was 'Ibc0111' and came back as 'Ibd0111'");
     }
   }
+}
+
+TEST_CASE("ark-qt: a client that comes back with sites it had goes on, and that is said") {
+  // Another program, which other labs had told its sites, would look the same.
+  const sim_ode::Heard heard;
+  mark::DhtfServerConversation talk(2);
+  OriginalBench bench(table, mark::Role::server, talk);
+  talk.set_init({.cells = {1, 2}, .server_hard = {0, 1}, .client_hard = {1, 1}});
+  bench.link->events->heard("Received initialisationT01");
+  CHECK_FALSE(heard.says("sites"));
+  bench.link->events->gone("it closed its connection");
+  bench.link->events->came();
+  bench.link->events->heard("T11");
+  CHECK(talk.ready() == std::vector<int>{1, 1});
+  CHECK(talk.conflict().empty());
+  CHECK(heard.says("plays on with sites of an earlier connection: if other labs had told it, start it and all labs"));
 }
 
 TEST_CASE("ark-qt: an original that ends its messages is ARGoS, and the run ends by name") {
