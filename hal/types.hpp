@@ -79,8 +79,9 @@ struct Observation {
   Led led = Led::off;
   float confidence = 1;  // 0..1: position and id are right
   LabTime age{0};        // stamp of the frame minus time of the last true observation
-  // Standard deviation of the heading as measured, for who judges by it; pi: it is not known. Not recorded.
-  float heading_sigma_rad = 3.1415927f;
+  // Standard deviation of the heading's noise, for who judges whether it changes; pi: it is not known. An error that
+  // stays the same, as where the LED is, does not count. Not recorded.
+  float heading_noise_rad = 3.1415927f;
 };
 
 struct PoseFrame {

@@ -198,7 +198,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
       const auto robot = names_->robot_of(track.number);
       if (robot && !track.doubtful)
         frame.robots.push_back(
-            {*robot, track.in_arena, led, track.confidence, track.age + (now - taken_), track.heading_sigma_rad});
+            {*robot, track.in_arena, led, track.confidence, track.age + (now - taken_), track.heading_noise_rad});
     }
     leds_ = std::move(leds);
     std::sort(frame.robots.begin(), frame.robots.end(), [](const auto& a, const auto& b) { return a.robot < b.robot; });

@@ -18,6 +18,7 @@ inline tracker::AssociatorSettings kilobot_following() {
   tracker::AssociatorSettings out;
   out.diameter_m = 2 * hal::kilobot::body_radius_m;
   out.led_offset_rad = -hal::kilobot::led_bearing_rad;
+  out.led_offset_error_rad = hal::kilobot::led_bearing_spread_rad;
   out.motion.rear_axle_m = hal::kilobot::rear_axle_m;
   return out;
 }

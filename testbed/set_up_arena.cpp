@@ -72,7 +72,7 @@ void SetUpArena::look_at_poses() {
                      .led_seen = seen.led != hal::Led::off && seen.led != hal::Led::unknown,
                      .led_direction_rad = seen.pose.heading_rad,
                      .confidence = seen.confidence,
-                     .heading_sigma_rad = 0,
+                     .heading_noise_rad = 0,
                      .age = seen.age});
   }
   std::sort(seen_.begin(), seen_.end(), [](const auto& a, const auto& b) { return a.number < b.number; });

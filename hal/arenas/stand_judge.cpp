@@ -57,7 +57,7 @@ void StandJudge::begin() {
 void StandJudge::look(const PoseFrame& frame, TimePoint now) {
   for (const Observation& robot : frame.robots) {
     const Place place{now - robot.age, robot.pose.x_m, robot.pose.y_m, robot.pose.heading_rad,
-                      robot.heading_sigma_rad < known_heading_rad};
+                      robot.heading_noise_rad < known_heading_rad};
     Places& places = seen_[robot.robot];
     if (place.at <= newest_[robot.robot]) continue;
     newest_[robot.robot] = place.at;

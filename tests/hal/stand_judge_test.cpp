@@ -93,7 +93,7 @@ TEST_CASE("a robot that turns on the spot is named, however fast, where its head
       CAPTURE(radius_m);
       Watch w;
       w.change = [&](Observation& seen, double s) {
-        seen.heading_sigma_rad = 0.04F;
+        seen.heading_noise_rad = 0.04F;
         seen.pose.heading_rad = std::remainder(0.08 * (w.noise.uniform() - 0.5) + 3.1 + seen.robot, 6.283185307);
         if (seen.robot != 3) return true;
         const double turn = degrees_per_s * 3.14159265 / 180 * s;
@@ -112,7 +112,7 @@ TEST_CASE("a robot that turns on the spot is named, however fast, where its head
       const auto known = w.change;
       w.change = [&](Observation& seen, double s) {
         const bool there = known(seen, s);
-        seen.heading_sigma_rad = 0.1F;
+        seen.heading_noise_rad = 0.1F;
         return there;
       };
       w.run(2600ms);
@@ -136,7 +136,7 @@ TEST_CASE("resting robots are never called moving for half an hour, whatever the
     if (chance.below(300) == 0) unlit_until[i] = s + 4 * chance.uniform();
     double noise = 0;
     for (int k = 0; k < 12; ++k) noise += w.noise.uniform() - 0.5;  // of deviation 1
-    seen.heading_sigma_rad = s < unlit_until[i] ? 3.14F : 0.051F;
+    seen.heading_noise_rad = s < unlit_until[i] ? 3.14F : 0.051F;
     seen.pose.heading_rad = std::remainder(i + off_rad[i] + 0.035 * noise, 6.283185307);
     return true;
   };
@@ -253,7 +253,7 @@ TEST_CASE("that most robots turn on is known within three seconds, and not of ro
       double stood_s = 0;
       w.change = [&](Observation& seen, double s) {
         const double turned_s = seen.robot < turners ? s : seen.robot < 5 ? stood_s : 0;
-        seen.heading_sigma_rad = 0.04F;
+        seen.heading_noise_rad = 0.04F;
         seen.pose.heading_rad = std::remainder(degrees_per_s * 3.14159265 / 180 * turned_s, 6.283185307);
         return true;
       };

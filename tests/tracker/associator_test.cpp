@@ -120,7 +120,10 @@ TEST_CASE("a named robot's heading is by its own LED") {
   const std::vector<Track> tracks = look(2, 6);
   CHECK(tracks[0].in_arena.heading_rad == doctest::Approx(70 * degree).epsilon(0.01));
   CHECK(tracks[1].in_arena.heading_rad == doctest::Approx(usual).epsilon(0.01));
-  CHECK(tracks[0].heading_sigma_rad == doctest::Approx(std::hypot(tracks[1].heading_sigma_rad, 3 * degree)));
+  CHECK(tracks[0].heading_sigma_rad == doctest::Approx(std::hypot(tracks[0].heading_noise_rad, 3 * degree)));
+  CHECK(tracks[1].heading_sigma_rad ==
+        doctest::Approx(std::hypot(tracks[1].heading_noise_rad, hal::kilobot::led_bearing_spread_rad)));
+  CHECK(tracks[1].heading_noise_rad < 4 * degree);  // as the looks' own
   CHECK(tracks[0].led_direction_rad == 0.0);
 }
 
@@ -368,7 +371,7 @@ TEST_CASE("headings are as certain as LEDs prove to be, whatever was stated of t
       associator.update(at_s(0.1 * i), std::vector{one});
       if (i < 1000) continue;
       const Track& track = associator.tracks().at(0);
-      sum += std::pow(wrapped(track.in_arena.heading_rad - heading) / track.heading_sigma_rad, 2), ++n;
+      sum += std::pow(wrapped(track.in_arena.heading_rad - heading) / track.heading_noise_rad, 2), ++n;
     }
     return sum / n;
   };

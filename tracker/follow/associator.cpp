@@ -39,7 +39,8 @@ std::optional<LedOffset> usual_of(const std::map<hal::RobotId, LedOffset>& offse
 
 Associator::Associator(const AssociatorSettings& settings) : settings_(settings) {
   assert(settings.diameter_m + settings.motion.rear_axle_m > 0 && "the caller gives the robots' measures");
-  usual_led_offset_ = usual_of(settings_.led_offsets).value_or(LedOffset{settings_.led_offset_rad, 0});
+  usual_led_offset_ =
+      usual_of(settings_.led_offsets).value_or(LedOffset{settings_.led_offset_rad, settings_.led_offset_error_rad});
 }
 
 double Associator::reach_m(const Followed& followed, hal::LabTime now) const {
@@ -210,10 +211,9 @@ void Associator::learn_led_noise(Followed& followed, const FusedObservation& see
 }
 
 // As the filter has it, but what it has from LEDs is as certain as they have proved to be.
-double Associator::heading_sigma_rad(const Followed& followed) const {
+double Associator::heading_noise_rad(const Followed& followed) const {
   const double all = followed.motion.heading_sigma_rad(), of_led = std::min(all, followed.led_sigma_rad);
-  return std::min(std::numbers::pi, std::hypot(led_noise_ * of_led, std::sqrt(all * all - of_led * of_led),
-                                               led_offset(followed).error_rad));
+  return std::min(std::numbers::pi, std::hypot(led_noise_ * of_led, std::sqrt(all * all - of_led * of_led)));
 }
 
 void Associator::miss(Followed& followed, hal::LabTime now) {
@@ -271,7 +271,10 @@ void Associator::report(hal::LabTime now) {
   for (Followed& followed : followed_) {
     Track& track = followed.track;
     track.in_arena = followed.motion.pose();
-    track.heading_sigma_rad = static_cast<float>(heading_sigma_rad(followed));
+    const double noise_rad = heading_noise_rad(followed);
+    track.heading_noise_rad = static_cast<float>(noise_rad);
+    track.heading_sigma_rad =
+        static_cast<float>(std::min(std::numbers::pi, std::hypot(noise_rad, led_offset(followed).error_rad)));
     track.age = now - followed.last_seen;
     track.doubtful = followed.suspected || followed.jumped || track.age >= settings_.doubt_after ||
                      track.confidence < settled_confidence;

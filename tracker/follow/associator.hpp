@@ -25,7 +25,8 @@ struct LedOffset {
 struct AssociatorSettings {
   double diameter_m = not_given;                   // of a robot's body; two bodies cannot overlap
   double half_width_m = 1e9, half_height_m = 1e9;  // the walls' distance from the arena's middle, along x and y
-  double led_offset_rad = not_given;               // driving direction minus LED direction
+  double led_offset_rad = not_given;               // driving direction minus LED direction, and
+  double led_offset_error_rad = 0;                 // by how much it differs between robots: standard deviation
   // Of single robots in its place, as soon as they are named. Of three or more the mean stands for all other robots,
   // with their standard deviation.
   std::map<hal::RobotId, LedOffset> led_offsets;
@@ -101,7 +102,7 @@ class Associator {
   void doubt(Followed& followed);
   void meet(Followed& followed, const FusedObservation& seen, hal::LabTime now);
   void learn_led_noise(Followed& followed, const FusedObservation& seen, hal::LabTime now);
-  double heading_sigma_rad(const Followed& followed) const;
+  double heading_noise_rad(const Followed& followed) const;
   void miss(Followed& followed, hal::LabTime now);
   void give_birth(std::span<const FusedObservation> seen, std::span<const std::int32_t> seen_by, hal::LabTime now);
   void report(hal::LabTime now);

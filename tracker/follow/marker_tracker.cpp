@@ -13,7 +13,7 @@ constexpr double size_tolerance = 0.25;         // of a marker's sides on the ta
 constexpr double window_margin_m = 0.01;        // around where a marker should be, beside its own size
 constexpr hal::LabTime follows_for{1'000'000};  // unseen for longer: found by the search of parts
 constexpr double searched_px = 400'000;         // searched in one look, so that it is quick
-constexpr double sigma_heading_rad = 0.02;
+constexpr double noise_heading_rad = 0.02;
 
 double in_half_turns(double angle_rad) {
   const double out = std::remainder(angle_rad, 2 * std::numbers::pi);
@@ -81,7 +81,7 @@ std::vector<hal::Observation> MarkerTracker::look(hal::LabTime now, std::span<co
     out.push_back({.robot = robot,
                    .pose = pose,
                    .led = hal::Led::unknown,
-                   .heading_sigma_rad = static_cast<float>(sigma_heading_rad)});
+                   .heading_noise_rad = static_cast<float>(noise_heading_rad)});
   }
   return out;
 }

@@ -21,6 +21,7 @@ struct Track {
   float primary_confidence = 0;          // 0..1 that it is this one; 0 when nothing of the LED was seen in this frame
   float confidence = 0;                  // 0..1 that a robot is there
   float heading_sigma_rad = 3.1415927f;  // standard deviation of the heading; pi when it is not known at all
+  float heading_noise_rad = 3.1415927f;  // the same without where its LED may be, which does not change
   hal::LabTime age{0};                   // since it was last truly seen
   std::optional<hal::RobotId> robot;     // who it is, once known
   bool doubtful = false;  // may have been swapped with another or be somebody else: nobody acts on `robot`
