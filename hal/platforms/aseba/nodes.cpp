@@ -141,7 +141,7 @@ void Nodes::hear(std::size_t line, const Message& message, TimePoint now) {
     found = nodes_.try_emplace(*robot).first;
     found->second.line = line;
     found->second.number = message.source;
-    found->second.lists_before = lines_[line].lists - std::min(lines_[line].lists, most_unanswered);
+    found->second.found_at = now;
   }
   Node& node = found->second;
   if (node.line != line || node.number != message.source) {
@@ -172,11 +172,13 @@ void Nodes::hear(std::size_t line, const Message& message, TimePoint now) {
   }
 }
 
-// A node answers each question once: who answers oftener is two. Answers that were lost long ago do not count.
+// A node answers each question once: who answers oftener is two. Questions that it did not answer long ago are lost;
+// but when it is found, a switch that hung may pass on all of them at once.
 void Nodes::count_present(RobotId robot, Node& node, TimePoint now) {
   const Line& line = lines_[node.line];
   const std::uint64_t answered = ++node.presents + most_unanswered;
-  node.lists_before = std::max(node.lists_before, line.lists - std::min(line.lists, answered));
+  if (now - node.found_at > silent_for)
+    node.lists_before = std::max(node.lists_before, line.lists - std::min(line.lists, answered));
   if (node.presents <= line.lists - node.lists_before + 2) return;
   node.presents = 0;
   node.lists_before = line.lists - std::min(line.lists, most_unanswered);

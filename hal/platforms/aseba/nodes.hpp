@@ -97,7 +97,7 @@ class Nodes {
   struct Node {
     std::size_t line = 0;
     std::uint16_t number = 0;
-    TimePoint heard_at{};
+    TimePoint found_at{}, heard_at{};
     std::optional<TimePoint> description_asked, wheels_asked, twice_at;
     std::uint64_t lists_before = 0, presents = 0;  // of its line's, and its answers since
     Description description;

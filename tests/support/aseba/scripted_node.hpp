@@ -46,8 +46,8 @@ struct ScriptedNode {
 struct ScriptedLine {
   explicit ScriptedLine(hal::WallTime& time) : wall(time) {}
   hal::WallTime& wall;
-  bool plugged = true;
-  double loss = 0;  // share of messages that are lost, each way
+  bool plugged = true, hangs = false;  // hangs: what nodes say comes when it does not any more
+  double loss = 0;                     // share of messages that are lost, each way
   hal::RandomStream chance{1, "line"};
   std::vector<ScriptedNode> nodes;
   hal::aseba::MessageReader reader;
@@ -126,7 +126,8 @@ class ScriptedStream final : public hal::kilobot::ByteStream {
       line_->reader = {};
     }
     // what is late keeps nobody else's
-    for (auto next = line_->to_lab.begin(); open_ && next != line_->to_lab.end() && heard_.size() < 4096;) {
+    for (auto next = line_->to_lab.begin();
+         open_ && !line_->hangs && next != line_->to_lab.end() && heard_.size() < 4096;) {
       if (next->first > line_->wall.now()) {
         ++next;
         continue;

@@ -130,6 +130,9 @@ TEST_CASE("aseba arena: stop") {
   bench.arena->robots().command({Kind::pause});
   bench.pass(1s);
   CHECK(bench.not_standing() == "1-3 (not sent yet)");
+  bench.sight->covered = false;
+  bench.pass(3s);
+  CHECK(bench.not_standing().empty());
   // a node that comes back is told, and stands
   bench.line->plugged = true;
   bench.line->node(2).delay = 0ms;

@@ -139,6 +139,22 @@ TEST_CASE("aseba nodes: a second one comes late") {
   CHECK(bench.nodes->is_twice(1));
 }
 
+TEST_CASE("aseba nodes: a switch that hung") {
+  // Nodes that answer all questions of the last minute at once are no two; a second one is noticed afterwards.
+  NodesBench bench({{1}}, {1});
+  bench.pass(1s);
+  bench.lines[0]->hangs = true;
+  bench.pass(60s);
+  CHECK(bench.counters["nodes.lost"] == 1);
+  bench.lines[0]->hangs = false;
+  bench.pass(10s);
+  CHECK(bench.nodes->missing().empty());
+  CHECK(bench.counters["nodes.twice"] == 0);
+  bench.lines[0]->nodes.push_back({.number = 1});
+  bench.pass(7s);
+  CHECK(bench.nodes->is_twice(1));
+}
+
 TEST_CASE("aseba nodes: another program") {
   // Events of another program are counted, but for those that only ask who answers; its questions make no node two.
   NodesBench bench({{1}}, {1});
