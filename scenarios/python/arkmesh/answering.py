@@ -160,15 +160,8 @@ class Answers:
 
     def __init__(self, line, make):
         self.line, self.make = line, make
-        self.scenario = self.lab = self.state = None
-
-    def take_beside_others(self):
-        """As take(), in a process whose global generators others use, too."""
-        before = global_state(self.state)
-        try:
-            self.take()
-        finally:
-            self.state = global_state(before)
+        self.scenario = self.lab = None
+        self.state = None  # of the global generators, while others use them (session.py)
 
     def take(self):
         """Receives a message, and answers it. What the user's code raises passes through."""

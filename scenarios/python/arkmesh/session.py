@@ -216,11 +216,18 @@ class Session:
 
 def serve(session, make):
     """Answers all labs of a session until they have ended; returns what the user's code has raised first."""
-    answers, first = {}, None
+    answers, first, current = {}, None, None
+    before = answering.global_state()
     try:
         while (line := session.next()) is not None:
             try:
-                answers.setdefault(line, answering.Answers(line, make)).take_beside_others()
+                mine = answers.setdefault(line, answering.Answers(line, make))
+                if mine is not current:  # each has global generators of its own
+                    former = answering.global_state(mine.state)
+                    if current:
+                        current.state = former
+                    current = mine
+                mine.take()
             except answering.Gone:
                 session.drop(line)
                 answers.pop(line, None)
@@ -237,6 +244,7 @@ def serve(session, make):
         for line in session.controls:
             fail(line, first)
     finally:
+        answering.global_state(before)
         session.close()
     return first
 
