@@ -152,8 +152,8 @@ void Dhtf::take_snapshot(lab::Lab& lab) {
   std::int64_t total = 0;
   for (std::size_t i = 0; i < sites; ++i) {
     Site& site = sites_[i];
-    // The total heals states that never came; a row is written for the newest execution.
-    if (executed[i] > site.executed) {
+    // Rows and total heal states that never came: of several executions at once, all have the newest's teams.
+    for (std::int64_t n = site.executed; n < executed[i]; ++n) {
       std::string row = fmt::format("{},{:.6f},{},{},{:.6f}", lab.period(), seconds(lab.now()), i, site.cell,
                                     seconds(site.active_since));
       for (std::int64_t hard : site.hard) row += fmt::format(",{}", hard);

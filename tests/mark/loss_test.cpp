@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -51,6 +53,8 @@ void check_counts(StandInRun& run, const ScriptedOriginal& original, std::size_t
       std::ranges::count_if(original.done, [&](const auto& one) { return one.tick + 60 > original.ticks; });
   const std::uint64_t known = run.lab("argos").lab().counts()["completed"];
   CHECK(known == run.lab("shark").lab().counts()["completed"]);
+  std::ifstream table(run.folder("shark") / "completed.csv");
+  CHECK(std::count(std::istreambuf_iterator<char>(table), {}, '\n') == static_cast<std::ptrdiff_t>(1 + known));
   CHECK(known <= done);
   CHECK(known + static_cast<std::uint64_t>(late) >= done);
   CHECK(done > 5);
