@@ -19,6 +19,8 @@
 namespace arkmesh::scenarios::dhtf {
 namespace {
 
+constexpr std::int64_t most_rows = 100;  // of completed.csv for one site at one boundary
+
 std::string completed_header(const lab::Lab& lab) {
   std::string header = "period,time_s,site,cell,active_since_s";
   for (const char* what : {"hard", "team"})
@@ -152,8 +154,9 @@ void Dhtf::take_snapshot(lab::Lab& lab) {
   std::int64_t total = 0;
   for (std::size_t i = 0; i < sites; ++i) {
     Site& site = sites_[i];
-    // Rows and total heal states that never came: of several executions at once, all have the newest's teams.
-    for (std::int64_t n = site.executed; n < executed[i]; ++n) {
+    // Rows and total heal states that never came: of several executions at once, all have the newest's teams. No owner
+    // can fill the disk.
+    for (std::int64_t n = std::max(site.executed, executed[i] - most_rows); n < executed[i]; ++n) {
       std::string row = fmt::format("{},{:.6f},{},{},{:.6f}", lab.period(), seconds(lab.now()), i, site.cell,
                                     seconds(site.active_since));
       for (std::int64_t hard : site.hard) row += fmt::format(",{}", hard);

@@ -134,6 +134,19 @@ TEST_CASE("dhtf: rows of completed tasks") {
   }
 }
 
+TEST_CASE("dhtf: rows of executions that come at once") {
+  // There is one for each, but what an owner makes up does not fill the disk.
+  WorldDouble world({roark, shark}, "shark");
+  begin(world, settings());
+  std::vector<std::int64_t> executed(8, 0);
+  for (const auto& [count, rows] : {std::pair{3, 3u}, {1'000'000'000, 103u}}) {
+    executed[2] = count;
+    world["shark"].lab.publish("executed", executed);
+    world.boundary();
+    CHECK(world["roark"].rows().size() == rows);
+  }
+}
+
 TEST_CASE("dhtf: what people see of a site") {
   // Each lab draws every site where it lies in its own arena: its kind, and of each lab who is there and who is needed,
   // as numbers in name order and as dots, the own lab's nearest to the site.
