@@ -185,7 +185,9 @@ TEST_CASE("an ark-qt original is told what it can read, restarts by name, and do
 
 TEST_CASE("an ark-qt server that is run again on its connection is asked for its sites") {
   // Soon, it is silent for less than what counts as gone.
-  for (const auto& [same, period] : {std::pair{true, 10u}, {false, 10u}, {false, 1u}}) {
+  for (const auto& row : {std::pair{true, 10u}, {false, 10u}, {false, 1u}}) {
+    const bool same = row.first;
+    const unsigned period = row.second;
     CAPTURE(same);
     CAPTURE(period);
     MovedWall wall;
