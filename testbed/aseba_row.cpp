@@ -177,7 +177,7 @@ std::vector<hal::Finding> find_nodes(const hal::Section& arena) {
       break;
     if (wall.now() >= ask_at) {
       ask_at = wall.now() + 500ms;
-      nodes.tell_all(hal::aseba::event_run, {2});
+      nodes.tell_all(hal::aseba::event_run, {hal::aseba::only_answer});
     }
     wall.wait_until(wall.now() + 10ms);
   }

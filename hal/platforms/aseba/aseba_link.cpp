@@ -157,7 +157,7 @@ void AsebaLink::tell_state(TimePoint now) {
   }
   if (said_stand_ != stand || now >= beat_at_) {
     beat_at_ = now + beat_each;
-    nodes_.tell_all(event_run, {stand ? 0 : 1});
+    nodes_.tell_all(event_run, {stand ? stand_still : run_program});
   }
   if (said_stand_ != stand) {
     said_stand_ = stand;

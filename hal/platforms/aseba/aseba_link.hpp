@@ -15,14 +15,6 @@
 
 namespace arkmesh::hal::aseba {
 
-// The first events of the network's list, which the robots' program and the lab agree on.
-enum Event : std::uint16_t {
-  event_run = 0,   // to all: 1 run, 0 stand, 2 only answer; repeated, so that a robot without it knows that it is alone
-  event_word = 1,  // the node's number, kind, value
-  event_says = 2,  // from a robot: kind, value
-  event_here = 3,  // from a robot, at each event_run and each change: the LED's colour, whether it stopped being alone
-};
-
 // A clause for people.
 inline constexpr const char* runs_no_guard = "run no program that stops their wheels when the lab is gone";
 

@@ -110,7 +110,7 @@ bool Nodes::put(Line& line, const Message& message) {
 // A switch passes on what another program says.
 void Nodes::hear_other(Line& line, const Message& message) {
   if (message.type == list_nodes) ++line.lists;
-  if (!message.is_event() || words_of(message) == std::vector{only_answer}) return;
+  if (!message.is_event() || (message.type == event_run && words_of(message) == std::vector<int>{only_answer})) return;
   counters_.add("aseba.other_host");
   if (!std::exchange(line.said_other, true))
     spdlog::warn("{}: another program sends events to these robots, too; if it is a lab, end one of the two",

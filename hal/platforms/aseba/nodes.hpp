@@ -40,8 +40,6 @@ struct Make {
 
 class Nodes {
  public:
-  // The word of an event by which programs only ask who answers (AsebaLink's event_run).
-  static constexpr int only_answer = 2;
   // Until a node counts as gone, and until an answer counts as late.
   static constexpr std::chrono::milliseconds silent_for{4000}, late_after{1000};
 

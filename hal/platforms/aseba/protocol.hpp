@@ -32,6 +32,15 @@ enum Type : std::uint16_t {
 };
 inline constexpr int protocol_version = 5;
 
+// The first events of the network's list, which the robots' program and the lab agree on.
+enum Event : std::uint16_t {
+  event_run = 0,   // to all: a RunWord; repeated, so that a robot without it knows that it is alone
+  event_word = 1,  // the node's number, kind, value
+  event_says = 2,  // from a robot: kind, value
+  event_here = 3,  // from a robot, at each event_run and each change: the LED's colour, whether it stopped being alone
+};
+enum RunWord : std::uint8_t { stand_still, run_program, only_answer };
+
 struct Message {
   std::uint16_t source = 0;  // a node's number; 0: a computer
   std::uint16_t type = 0;

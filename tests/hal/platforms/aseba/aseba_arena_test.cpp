@@ -96,6 +96,23 @@ TEST_CASE("aseba arena: run, pause, words and what robots say") {
   CHECK(bench.line->node(3).at("motor.left.target") == 0);
 }
 
+TEST_CASE("aseba arena: words a second") {
+  // Words wait for each other, so that no more go out than their key says: 100 in a second, unless it is another
+  // number.
+  for (const int each_second : {100, 20}) {
+    CAPTURE(each_second);
+    ArenaBench bench(each_second == 100 ? "" : "words_per_s = 20\n");
+    bench.arena->robots().command({Kind::run});
+    bench.begin();
+    bench.pass(1s);
+    std::vector<hal::ToRobot> words;
+    for (std::uint8_t slot = 0; slot < 250; ++slot) words.push_back({.robot = 1, .slot = slot, .kind = 1});
+    bench.arena->robots().offer(words);
+    bench.pass(2s);
+    CHECK(bench.arena->robots().airtime().sent == doctest::Approx(2 * each_second).epsilon(0.06));
+  }
+}
+
 TEST_CASE("aseba arena: stop") {
   // Within 2 s of the word all robots stand: one whose program sets its wheels again is halted, one that is late or
   // does not answer is named until it is seen to stand, and one that a camera sees move is named.

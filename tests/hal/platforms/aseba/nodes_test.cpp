@@ -159,7 +159,8 @@ TEST_CASE("aseba nodes: another program") {
   // Events of another program are counted, but for those that only ask who answers; its questions make no node two.
   NodesBench bench({{1}}, {1});
   bench.pass(1s);
-  for (const int word : {1, Nodes::only_answer, 0}) bench.lines[0]->raw(encode(make_message(0, {word})));
+  for (const RunWord word : {run_program, only_answer, stand_still})
+    bench.lines[0]->raw(encode(make_message(0, {word})));
   for (int i = 0; i < 9; ++i) {
     bench.lines[0]->raw(encode(make_message(list_nodes, {protocol_version})));
     bench.lines[0]->take(make_message(list_nodes, {protocol_version}));
