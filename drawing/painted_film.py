@@ -44,7 +44,7 @@ class Arena:
                 arena = read_log.decode(data)
             elif channel == "overlay":
                 self.overlays.append((struct.unpack(">q", data[8:16])[0] / 1e6, data))
-        self.size, self.radius_m = (arena.width_m, arena.height_m), getattr(arena, "body_radius_m", 0) or 0.0165
+        self.size, self.radius_m = (arena.width_m, arena.height_m), arena.body_radius_m
         self.scale = 0.94 * min(width / arena.width_m, (height - caption_px) / arena.height_m)
         self.middle, self.caption_px = (left + width / 2, top + caption_px + (height - caption_px) / 2), caption_px
         self.drawn_at, self.floor = None, None

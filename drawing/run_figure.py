@@ -43,8 +43,9 @@ class Lab:
         self.arena, self.view = read_log.decode(arena), read_log.decode(chosen)
         self.overlay = read_log.decode(overlay) if overlay else None  # None of another version's, too
         self.name = self.arena.lab
-        # that of a Kilobot where the log's layout did not tell it yet
-        self.body_radius_m = getattr(self.arena, "body_radius_m", 0) or 0.0165
+        if self.arena is None or self.view is None:
+            raise Refused(f"{log} is from another version of arkmesh; draw it with the version that recorded it.")
+        self.body_radius_m = self.arena.body_radius_m
         self.bodies_m = {}  # of other labs' robots, where their labs are known
         config = folder / "config.toml"
         settings = tomllib.loads(config.read_text()) if config.is_file() else {}

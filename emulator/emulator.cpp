@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim_ode/arena_groups.hpp"
 #include "sim_ode/settings.hpp"
 #include "tracker/detect/marker_finder.hpp"
 
@@ -32,7 +33,8 @@ Emulator::Emulator(const hal::Section& root) : config_(read_emulator_config(root
   const hal::Section arena = root.section("arena");
   const auto robots = arena.get("robots", 1, {.range = {0, 100'000}});
   sim_ode::SimulatedArenaOptions options;
-  const bool by_marker = arena.section("ode").read<sim_ode::RobotKey>().robot != sim_ode::Robot::kilobot;
+  const sim_ode::Robot make = arena.section("ode").read<sim_ode::RobotKey>().robot;
+  const bool by_marker = sim_ode::robots_of(make, hal::kilobot::ark_layout).seen_by == hal::RobotKind::Seen::marker;
   if (!by_marker) options = {.overhead = &serial_, .ids = make_ids(config_.ids, robots, config_.seed)};
   arena_ = sim_ode::make_simulated_arena(arena, "room", config_.seed, options);
   const hal::ArenaInfo& info = arena_->info();

@@ -41,7 +41,6 @@ hal::RobotKind robots_of(Robot robot, const hal::kilobot::WordLayout& layout) {
   out.id_bits = by_layout.id_bits;
   out.kind_bits = by_layout.kind_bits;
   out.message_type = by_layout.message_type;
-  out.lights = by_layout.lights;  // as its programs mix them
   return out;
 }
 

@@ -302,8 +302,11 @@ std::unique_ptr<Arena> make_log_arena(const Section& arena, const std::string& l
     info.message_type = found.info->message_type;
     info.whole = static_cast<WholeMessages>(std::min<int>(found.info->whole, static_cast<int>(WholeMessages::to_each)));
   }
-  if (found.info && found.info->body_radius_m > 0 && found.info->body_radius_m < info.width_m)
+  if (found.info && found.info->body_radius_m > 0 && found.info->body_radius_m < info.width_m) {
     info.body_radius_m = found.info->body_radius_m;
+    info.make = found.info->make;
+    static_cast<RobotKind&>(info).height_m = found.info->body_height_m;
+  }
   if (found.info && !read_solids(*found.info, info)) refuse("the log's description of its arena contradicts itself");
   if (!found.same_objects || info.objects.size() != found.objects)
     refuse(fmt::format("the log's frames do not all hold the {} objects of its arena", info.objects.size()));

@@ -208,6 +208,8 @@ arena_info_t to_message(const ArenaInfo& info) {
   out.kind_bits = info.kind_bits;
   out.message_type = info.message_type;
   out.whole = static_cast<std::uint8_t>(info.whole);
+  out.make = info.make;
+  out.body_height_m = static_cast<const RobotKind&>(info).height_m;
   return out;
 }
 

@@ -20,7 +20,7 @@ struct RobotDrive {
     vibration,    // only its own program moves it
     differential  // two wheels, which can be given set points
   } way = Way::unknown;
-  double speed_m_s = 0, turn_rad_s = 0;
+  double speed_m_s = 0;
   double wheels_apart_m = 0;  // differential
   double axle_behind_m = 0;   // about what it turns: so far behind the body's centre
 };
@@ -28,15 +28,11 @@ struct RobotDrive {
 // The defaults allow whatever the values can hold and claim nothing.
 struct RobotKind {
   std::string make = "robot";  // as configuration files spell it
-  // The body seen from above: a disc, or a polygon within it.
-  double body_radius_m = 0;  // positive for every platform
-  std::vector<Point> outline;
-  double height_m = 0;  // above the arena, of what cameras look for
+  double body_radius_m = 0;    // seen from above, a disc; positive for every platform
+  double height_m = 0;         // above the arena, of what cameras look for
   RobotDrive drive;
-  enum class Lights : std::uint8_t { none, eight_colours, rgb } lights = Lights::none;
-  // How cameras find it, and how they learn who it is.
+  // How cameras find it and learn who it is.
   enum class Seen : std::uint8_t { unknown, disc_and_led, marker } seen_by = Seen::unknown;
-  enum class Named : std::uint8_t { unknown, led, marker } named_by = Named::unknown;
   // What it can be told.
   RobotId max_robot = 1'000'000'000;  // largest addressable id
   std::uint8_t kinds = 255;           // ToRobot::kind is below this
@@ -46,7 +42,8 @@ struct RobotKind {
   std::uint8_t id_bits = 0, kind_bits = 0, message_type = 0;
   WholeMessages whole = WholeMessages::to_nobody;
   std::vector<FleetCommand::Kind> commands;  // those that the platform carries; others are refused
-  std::vector<std::string> says;             // what it tells by itself, by FromRobot::kind
+  // What arkmesh's own program on it tells its lab, by FromRobot::kind; programs of others may tell other things.
+  std::vector<std::string> says;
 
   bool can_be_driven() const { return drive.way == RobotDrive::Way::differential; }
 };

@@ -122,7 +122,7 @@ void draw_arena(foxglove::SceneEntity& to, const json& arena) {
     const double sx = number(solid, "x_m"), sy = number(solid, "y_m"), heading = number(solid, "heading_rad"),
                  radius = number(solid, "radius_m");
     if (radius > 0) {
-      add_cylinder(to, sx, sy, radius, robot_height_m, obstacle);
+      add_cylinder(to, sx, sy, radius, drawn_height_m, obstacle);
       continue;
     }
     const auto first = solid.value("first_corner", std::int64_t{0}), count = solid.value("n_corners", std::int64_t{0});
@@ -221,7 +221,7 @@ void Scene::show_robots(std::vector<Shown>& out, std::int64_t t_us, std::uint64_
   stamp(*poses, time_ns, utf8(lab_));
   for (const Robot& robot : robots.all) {
     foxglove::Pose& pose = *poses->add_poses();
-    set_pose(pose, {robot.x, robot.y, robot_height_m}, robot.heading);
+    set_pose(pose, {robot.x, robot.y, body_height_m_}, robot.heading);
     pose.mutable_orientation()->set_z(rounded(pose.orientation().z(), turn_step));
     pose.mutable_orientation()->set_w(rounded(pose.orientation().w(), turn_step));
   }
@@ -240,6 +240,7 @@ bool Scene::draw(foxglove::SceneEntity& to, std::string_view channel, const Type
   const json told = in_json(type, message);
   if (!told.is_object()) return false;
   draw_arena(to, told);
+  body_height_m_ = number(told, "body_height_m");
   return true;
 }
 

@@ -37,12 +37,13 @@ class Scene {
   void show_robots(std::vector<Shown>& out, std::int64_t t_us, std::uint64_t time_ns, const hal::layout::Type& type,
                    std::span<const std::byte> message);
   // Of the scenario, or of the arena. False: the message is not understood.
-  static bool draw(foxglove::SceneEntity& to, std::string_view channel, const hal::layout::Type& type,
-                   std::span<const std::byte> message);
+  bool draw(foxglove::SceneEntity& to, std::string_view channel, const hal::layout::Type& type,
+            std::span<const std::byte> message);
 
   std::string lab_;
   double& next_x_m_;
   bool placed_ = false;
+  double body_height_m_ = 0;    // of its robots, once the arena was told
   std::int64_t poses_us_ = -1;  // when poses were shown last
 };
 

@@ -68,7 +68,7 @@ void add_triangles(foxglove::SceneEntity& to, std::span<const Point> points, std
 
 void add_words(foxglove::SceneEntity& to, double x, double y, std::string_view text, const Colour& colour) {
   foxglove::TextPrimitive& one = *to.add_texts();
-  set_pose(*one.mutable_pose(), {x, y, robot_height_m});
+  set_pose(*one.mutable_pose(), {x, y, drawn_height_m});
   one.set_billboard(true);
   one.set_font_size(12);
   one.set_scale_invariant(true);

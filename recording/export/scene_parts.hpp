@@ -11,7 +11,7 @@
 namespace arkmesh::recording::scene {
 
 inline constexpr double max_place_m = 1000;
-inline constexpr double robot_height_m = 0.03;  // of a Kilobot; no message tells it
+inline constexpr double drawn_height_m = 0.03;  // of obstacles, and of words above the floor
 
 struct Colour {
   double r = 0, g = 0, b = 0, a = 1;

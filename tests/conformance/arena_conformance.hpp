@@ -100,7 +100,6 @@ inline void check_info(const ArenaRow& row) {
   CHECK(info.values > 0);
   CHECK(!info.make.empty());
   CHECK(info.body_radius_m > 0);
-  for (const Point& corner : info.outline) CHECK(std::hypot(corner.x_m, corner.y_m) <= info.body_radius_m * (1 + 1e-9));
   CHECK(info.drive.speed_m_s > 0);
   CHECK((info.drive.wheels_apart_m > 0) == info.can_be_driven());
   CHECK(info.body_radius_m < std::min(info.width_m, info.height_m) / 2);

@@ -118,6 +118,8 @@ TEST_CASE("arena and counters become messages") {
   info.platform = "ode";
   info.width_m = 1.5;
   info.body_radius_m = 0.02;
+  info.make = "thymio";
+  static_cast<RobotKind&>(info).height_m = 0.05;
   info.robots = {1, 5};
   info.can_wait = false;
   const arena_info_t message = to_message(info);
@@ -125,6 +127,8 @@ TEST_CASE("arena and counters become messages") {
   CHECK(message.platform == "ode");
   CHECK(message.width_m == 1.5);
   CHECK(message.body_radius_m == 0.02);
+  CHECK(message.make == "thymio");
+  CHECK(message.body_height_m == 0.05);
   CHECK(message.robots == 2);
   CHECK(message.max_robot == 1022);
   CHECK(message.frame_period_us == 100'000);

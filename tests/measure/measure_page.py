@@ -25,7 +25,7 @@ def rows(types, robots, side_m):
     """A minute of a lab in which robots drive in circles of their own."""
     from made_run import encode, pose
     columns = math.ceil(math.sqrt(robots))
-    out = [(0, 0, "arena", encode(types, "arena_info_t", {"lab": "lab", "platform": "ode", "width_m": side_m, "height_m": side_m, "frame_period_us": 100_000, "robots": robots,
+    out = [(0, 0, "arena", encode(types, "arena_info_t", {"lab": "lab", "platform": "ode", "width_m": side_m, "height_m": side_m, "body_radius_m": 0.0165, "frame_period_us": 100_000, "robots": robots,
                                                          "body_radius_m": 0.0165}))]
     for k in range(600):
         frame = {"stamp_us": k * 100_000, "number": k, "parts": 1, "robots": [pose(i, k * 100_000, side_m, columns) for i in range(robots)]}

@@ -536,7 +536,7 @@ test("the library is the one whose hashes stand beside it", () => {
 
 test("robots are as large as the arena tells, and Kilobots before it did", () => {
   const lab = new Lab(0, "a");
-  assert.equal(lab.body_radius_m(), 0.0165);
+  assert.equal(lab.body_radius_m(), 0);
   lab.arena = { body_radius_m: 0.02 };
   assert.equal(lab.body_radius_m(), 0.02);
 });

@@ -19,10 +19,7 @@ RobotKind e_puck() {
   out.make = "e-puck";
   out.body_radius_m = 0.037;
   out.height_m = 0.05;
-  out.drive = {.way = RobotDrive::Way::differential,
-               .speed_m_s = 0.128,
-               .turn_rad_s = 2 * 0.128 / 0.053,
-               .wheels_apart_m = 0.053};
+  out.drive = {.way = RobotDrive::Way::differential, .speed_m_s = 0.128, .wheels_apart_m = 0.053};
   out.says.clear();
   return out;
 }
@@ -87,7 +84,6 @@ AsebaSettings read_aseba_settings(const Section& arena, const std::string& lab) 
   static_cast<RobotKind&>(info) = kind;
   info.values = 1 << 15;  // of a variable that is not negative
   info.words_per_s = out.words_per_s;
-  info.says.clear();  // what its program says, as the lab's scenario knows
   info.name = lab;
   info.platform = "aseba";
   info.width_m = config.width_m;

@@ -27,9 +27,9 @@ inline constexpr double led_above_board_m = 0.001;
 // The sensor of ambient light: ARGoS kilobot_measures.h. The labs page warns that two makers put it in different
 // places.
 inline constexpr double light_sensor_bearing_rad = 100 * std::numbers::pi / 180, light_sensor_radius_m = 0.0145;
-// As fast as any walks or turns. About 1 cm/s and 45 deg/s (Rubenstein and others, ICRA 2012); ARGoS 11 mm/s at a usual
-// duty, to 20 mm/s at the highest one that motors stand.
-inline constexpr double fastest_m_s = 0.02, fastest_turn_rad_s = 45 * std::numbers::pi / 180;
+// As fast as any walks. About 1 cm/s (Rubenstein and others, ICRA 2012); ARGoS 11 mm/s at a usual duty, to 20 mm/s at
+// the highest one that motors stand.
+inline constexpr double fastest_m_s = 0.02;
 // The robot's timer: 256 x 1024 cycles of 8 MHz (kilolib, timed). Its documentation says 1/32 s, simulators 1/31 s.
 inline constexpr std::int64_t tick_us = 32'768;
 

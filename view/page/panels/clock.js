@@ -40,7 +40,7 @@ export function lab_words(lab, recorded) {
     time: time_words(lab.t_us),
     period: (s && s.last_period === 0) || period === undefined ? "" : `${period}${s ? ` of ${s.last_period}` : ""}`,
     speed: s && !old ? `${rate_words(s.speed)}×` : "",
-    arena: arena ? `${arena.width_m} × ${arena.height_m} m, ${arena.platform}, ${lab.robots.length} of ${counted(arena.robots, "robot")}` : "",
+    arena: arena ? `${arena.width_m} × ${arena.height_m} m, ${arena.platform}, ${lab.robots.length} of ${counted(arena.robots, arena.make || "robot")}` : "",
     says: recorded ? (s && !plain && !old ? `at ${said_at}: ${own_words(s)}` : "") : s ? gate_words(s) + (plain || keeper(s) || word(s, "phase") !== "going_on" ? "" : `; ${own_words(s)}`)
       : lab.newest.has("status") ? "its status cannot be read" : "nothing heard yet",
     attention: Boolean(s && needs_attention(s)),

@@ -198,10 +198,9 @@ export class Lab {
     return fleet.age_us + Math.max(0, this.t_us - (this.shared?.stamp_us ?? 0));
   }
 
-  /** Radius of a robot seen from above, metres: that of a Kilobot (33 mm across, Rubenstein et al. 2012) until the arena tells it, which recordings of before do not. */
+  /** Radius of a robot seen from above, metres; 0 until the arena tells it. */
   body_radius_m() {
-    const told = this.arena?.body_radius_m ?? 0;
-    return told > 0 ? told : 0.0165;
+    return this.arena?.body_radius_m ?? 0;
   }
 
   /** Sides of the arena, metres. */

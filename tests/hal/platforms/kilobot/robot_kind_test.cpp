@@ -23,12 +23,10 @@ ArenaInfo arena_of(const RobotKind& kind) {
 }  // namespace
 
 TEST_CASE("robot kind: Kilobots and Thymios") {
-  // Numbers of one make go together: a wheel at full speed, the other at full speed backwards, turn it as fast as said.
+  // Numbers of one make go together.
   const RobotKind thymio_kind = thymio(), kilobot_kind = a_kilobot();
   CHECK(thymio_kind.make != kilobot_kind.make);
   CHECK(thymio_kind.body_radius_m + thymio_kind.drive.axle_behind_m == doctest::Approx(0.08).epsilon(0.02));
-  CHECK(thymio_kind.drive.turn_rad_s ==
-        doctest::Approx(2 * thymio_kind.drive.speed_m_s / thymio_kind.drive.wheels_apart_m));
   CHECK(thymio_target_per_mm_s * 1000 * thymio_kind.drive.speed_m_s == doctest::Approx(500));
   CHECK(kilobot_kind.words_per_s == doctest::Approx(54.5).epsilon(0.001));
   CHECK_FALSE(kilobot_kind.can_be_driven());
