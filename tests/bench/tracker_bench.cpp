@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -14,6 +15,7 @@
 #include "tests/support/emulated/tracking_referee.hpp"
 #include "tests/support/pictures/collage.hpp"
 #include "tracker/detect/detector.hpp"
+#include "tracker/follow/marker_tracker.hpp"
 
 namespace {
 
@@ -224,6 +226,53 @@ void whole_table(benchmark::State& state, int sets_before) {
   state.counters["centre_rms_mm"] = score.centre_rms_mm();
 }
 
+// 12 Thymios that walk before one camera of 2048 x 1536, with markers of 40 pixels: from the decoded frame to poses.
+void markers(benchmark::State& state) {
+  cv::setNumThreads(1);
+  bench::ArenaFilm film(hal::Config::from_text("[emulator]\nseed = 3\nexposure_s = 0.005\nframes_per_s = 10\n"
+                                               "[emulator.scene]\nmarker_m = 0.05\n"
+                                               "[[emulator.camera]]\nwidth_px = 2048\nheight_px = 1536\nx_m = 0.06\n"
+                                               "y_m = -0.05\nz_m = 2.88\nlook_x_m = 0.0\nlook_y_m = 0.0\n"
+                                               "distortion = [-0.1, 0.03, 0.0004, -0.0006, 0.0]\n"
+                                               "[arena]\nwidth_m = 2.45\nheight_m = 1.78\nrobots = 12\n"
+                                               "[arena.ode]\nrobot = \"thymio\"\ncontroller = \"" ARKMESH_SOURCE_DIR
+                                               "/scenarios/dhtf/controller/dhtf.c\"\n",
+                                               "markers.toml"),
+                        bench::Robots::drawn);
+  const emulator::Scene& scene = film.emulator().config().scene;
+  tracker::MarkerSettings settings{.side_m = scene.marker_m, .height_m = scene.robot_height_m};
+  for (int i = 0; i < film.emulator().robots(); ++i) settings.robots.push_back(static_cast<hal::RobotId>(i));
+  tracker::MarkerTracker table(
+      {tests::true_calibration(film.emulator().camera(0).model(), scene.width_m, scene.height_m)}, settings);
+  const auto look = [&] {
+    film.next();
+    return table.look(film.now(), film.pictures());
+  };
+  // All are found before time is taken.
+  for (int i = 0; i < 20; ++i) look();
+  std::size_t seen = 0;
+  double farthest_m = 0, longest_s = 0;
+  for (auto _ : state) {
+    film.next();
+    const double before_s = cpu_s();
+    const std::vector<hal::Observation> robots = table.look(film.now(), film.pictures());
+    const double took_s = cpu_s() - before_s;
+    state.SetIterationTime(took_s);
+    longest_s = std::max(longest_s, took_s);
+    seen += robots.size();
+    const auto truth = film.emulator().truth();
+    for (const hal::Observation& robot : robots)
+      farthest_m = std::max(farthest_m, std::hypot(robot.pose.x_m - truth[robot.robot].seen.pose.x_m,
+                                                   robot.pose.y_m - truth[robot.robot].seen.pose.y_m));
+  }
+  const auto at = film.emulator().camera(0).model().project_near(0, 0, settings.height_m);
+  state.counters["marker_px"] = settings.side_m * std::sqrt(std::abs(at->xx * at->yy - at->xy * at->yx));
+  state.counters["seen_percent"] =
+      100.0 * static_cast<double>(seen) / (static_cast<double>(state.iterations()) * film.emulator().robots());
+  state.counters["farthest_mm"] = 1000 * farthest_m;
+  state.counters["longest_ms"] = 1000 * longest_s;
+}
+
 void read_jpeg(benchmark::State& state) {
   cv::setNumThreads(1);
   std::vector<std::uint8_t> bytes;
@@ -246,6 +295,7 @@ BENCHMARK_CAPTURE(whole_way, drawn, bench::Robots::drawn)
     ->Iterations(100)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(whole_table, long, 30)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
+BENCHMARK(markers)->UseManualTime()->Iterations(100)->Unit(benchmark::kMillisecond);
 BENCHMARK(read_jpeg)->Arg(100)->Arg(250)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -51,6 +51,14 @@ def testbed_speed(bench):
     return met, f"{ours:.1f} ms a picture, {ratio:.1f}x HoughCircles", "12 ms, 8x"
 
 
+def testbed_markers(bench):
+    """12 walking Thymios with markers of 40 pixels in pictures of 2048 x 1536: from a decoded picture to poses, one core."""
+    (row,) = tracker_rows(bench, ["markers/"]).values()
+    print(f"  markers of {row['marker_px']:.1f} px, {row['seen_percent']:.2f} % seen, at most {row['farthest_mm']:.1f} mm off, longest {row['longest_ms']:.1f} ms")
+    met = row["real_time"] <= 12 and row["seen_percent"] >= 99.9 and row["farthest_mm"] < 5
+    return met, f"{row['real_time']:.1f} ms a picture, {row['seen_percent']:.2f} % seen, {row['farthest_mm']:.1f} mm", "12 ms, 99.9 %, 5 mm"
+
+
 def testbed_thousand(bench):
     """1000 walking robots under four cameras of 2048 x 1536 at 10 sets of pictures a second: processor time of a set, of two cores' 200 ms."""
     (row,) = tracker_rows(bench, ["whole_table/long/"]).values()
@@ -107,6 +115,6 @@ def testbed_swap(bench):
     return met, f"at most {max(seconds):.1f} s, {wrong} wrong frames, {blind} messages meanwhile", "20 s, 0, 0"
 
 
-MEASURES = [testbed_accuracy, testbed_naming, testbed_speed, testbed_thousand, testbed_dhtf, testbed_swap]
+MEASURES = [testbed_accuracy, testbed_naming, testbed_speed, testbed_markers, testbed_thousand, testbed_dhtf, testbed_swap]
 # tests have the others in short
-NOT_JUDGED_SHORT = {testbed_naming, testbed_speed, testbed_thousand, testbed_dhtf, testbed_swap}
+NOT_JUDGED_SHORT = {testbed_naming, testbed_speed, testbed_markers, testbed_thousand, testbed_dhtf, testbed_swap}
