@@ -20,15 +20,14 @@ constexpr hal::LabTime alone_after = 1500ms;  // as robot.aesl
 constexpr std::size_t most_said = 2 << 20;
 
 // Some of a Thymio's variables, in an order of ours: hosts find them by name.
-constexpr std::array<std::pair<std::string_view, int>, 8> variables_of_node{{{"_id", 1},
+constexpr std::array<std::pair<std::string_view, int>, 7> variables_of_node{{{"_id", 1},
                                                                              {"event.source", 1},
                                                                              {"event.args", 32},
                                                                              {"_productId", 1},
                                                                              {"prox.horizontal", 7},
-                                                                             {"prox.ground.delta", 2},
                                                                              {"motor.left.target", 1},
                                                                              {"motor.right.target", 1}}};
-constexpr std::size_t words_of_node = 46, left_wheel = 44;
+constexpr std::size_t words_of_node = 44, first_prox = 35, left_wheel = 42;
 
 std::vector<std::uint8_t> text(std::string_view word) {
   std::vector<std::uint8_t> out{static_cast<std::uint8_t>(word.size())};
@@ -64,11 +63,11 @@ void AsebaNodes::take_event(const Message& message, std::span<const int> words) 
   if (message.type == event_run && words.size() == 1) {
     heard_at_ = arena_.clock().now();
     // said again: a robot that was switched on meanwhile waits for it
-    if (words[0] == 1) command(hal::FleetCommand::Kind::run);
-    if (words[0] == 0 && running_) command(hal::FleetCommand::Kind::pause);
+    if (words[0] == run_program) command(hal::FleetCommand::Kind::run);
+    if (words[0] == stand_still && running_) command(hal::FleetCommand::Kind::pause);
     for (Node& node : nodes_) {
       if (!node.powered || node.halted) continue;
-      if (words[0] == 0) set_wheels(node, 0, 0);
+      if (words[0] == stand_still) set_wheels(node, 0, 0);
       say_here(node);
     }
   } else if (message.type == event_word && words.size() == 3) {
@@ -90,6 +89,8 @@ void AsebaNodes::take(Node& node, int robot, std::uint16_t type, std::span<const
     describe(node);
   } else if (type == get_variables && words.size() == 2 && words[1] >= 0 &&
              start + static_cast<std::size_t>(words[1]) <= node.memory.size()) {
+    for (int sensor = 0; const auto reading = arena_.prox(robot, sensor); ++sensor)
+      node.memory[first_prox + static_cast<std::size_t>(sensor)] = *reading;
     std::vector<int> answer{words[0]};
     for (int i = 0; i < words[1]; ++i) answer.push_back(node.memory[start + static_cast<std::size_t>(i)]);
     say(node, make_message(hal::aseba::variables, answer));

@@ -36,6 +36,7 @@
 #include "sim_ode/infrared_medium.hpp"
 #include "sim_ode/light_field.hpp"
 #include "sim_ode/overhead_air.hpp"
+#include "sim_ode/proximity.hpp"
 #include "sim_ode/settings.hpp"
 #include "sim_ode/simulated_arena.hpp"
 #include "sim_ode/start_places.hpp"
@@ -58,6 +59,7 @@ class OdeArena final : public SimulatedArena {
         batteries_(settings, motors_.profiles()),
         world_(config.width_m, config.height_m, settings.contacts, seed, start, solids),
         light_(settings, config.robots, lab, seed),
+        proximity_(world_, config.width_m, config.height_m, info_.body_radius_m, info_.drive.axle_behind_m),
         host_(std::move(groups), motors_, leds_, sensors(options.overhead != nullptr), lab, seed, options.ids,
               output_of(options)),
         infrared_(make_infrared(settings, config.width_m, config.height_m, motors_.profiles(), lab, seed,
@@ -164,6 +166,7 @@ class OdeArena final : public SimulatedArena {
 
   void set_power(int robot, bool on) override { host_.set_power(robot, on); }
   std::uint16_t id_of(int robot) const override { return host_.id_of(robot); }
+  std::optional<std::int16_t> prox(int robot, int sensor) const override { return proximity_.reading(robot, sensor); }
   std::uint64_t pages_written(int robot) const override { return host_.loader(robot).pages_written(); }
 
   const hal::Counters& counters() const override {
@@ -216,6 +219,8 @@ class OdeArena final : public SimulatedArena {
             .receiving = [this](int robot, std::int64_t at_us) { return infrared_->receiving(robot, at_us); },
             .voltage = std::move(voltage),
             .say = std::move(say),
+            .prox = settings_.robot == Robot::thymio ? [this](int robot, int sensor) { return prox(robot, sensor); }
+                                                     : decltype(RobotSensors::prox)(),
             .by_argos = settings_.infrared == InfraredRules::argos};
   }
 
@@ -305,6 +310,7 @@ class OdeArena final : public SimulatedArena {
   ContactWorld world_;
   Shadows shadows_;  // of obstacles and objects
   LightField light_;
+  Proximity proximity_;
   RobotGroups host_;
   std::unique_ptr<InfraredMedium> infrared_;
   OverheadAir overhead_;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,8 @@ class SimulatedArena : public hal::Arena {
   virtual void set_power(int robot, bool on) = 0;
   // The id in a robot's EEPROM as it is now (kilo_uid).
   virtual std::uint16_t id_of(int robot) const = 0;
+  // What a Thymio's proximity sensor reads, as Aseba's prox.horizontal; none: no such sensor.
+  virtual std::optional<std::int16_t> prox(int robot, int sensor) const = 0;
   // Flash pages that the robot's boot loader has written so far.
   virtual std::uint64_t pages_written(int robot) const = 0;
 };

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,8 @@ struct RobotSensors {
   std::function<double(int robot)> voltage;
   // What it says to its lab. Empty: nobody hears.
   std::function<void(int robot, std::uint8_t kind, std::int32_t value)> say;
+  // What a proximity sensor reads, if the robot has it. Empty: none.
+  std::function<std::optional<std::int16_t>(int robot, int sensor)> prox = {};
   bool by_argos = false;  // what their receivers measure, and which types they pass on: infrared = "argos"
 };
 
@@ -64,6 +67,9 @@ class RobotBodies {
   bool say(int robot, std::uint8_t kind, std::int32_t value) const {
     if (sensors_.say) sensors_.say(number(robot), kind, value);
     return sensors_.say != nullptr;
+  }
+  std::optional<std::int16_t> prox(int robot, int sensor) const {
+    return sensors_.prox ? sensors_.prox(number(robot), sensor) : std::nullopt;
   }
   bool by_argos() const { return sensors_.by_argos; }
   std::int16_t voltage(int robot) const;

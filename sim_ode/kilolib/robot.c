@@ -4,6 +4,7 @@
 
 #include "robot_parts.h"
 #include "robot_pure.h"
+#include "thymio.h"
 
 static void no_rx(message_t* message, distance_measurement_t* distance) {
   (void)message;
@@ -167,6 +168,10 @@ static uint8_t back_off(void) {
   return rand() & 0xFF;
 }
 
+int16_t thymio_prox(uint8_t sensor) {
+  SPEND_READING();
+  return arkmesh_calls.prox(sensor, CALLER);
+}
 HIDDEN void arkmesh_say(uint8_t kind, int32_t value) {
   SPEND(8);
   arkmesh_calls.say(kind, value, CALLER);

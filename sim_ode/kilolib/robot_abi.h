@@ -58,6 +58,7 @@ struct arkmesh_host {
   int (*scan)(const char* text, const char* format, va_list values);
   int (*scan_file)(FILE* stream, const char* format, va_list values);
   void (*say)(uint8_t kind, int32_t value, const void* from);  // to the lab
+  int16_t (*prox)(uint8_t sensor, const void* from);
 #define OF_ONE(name) double (*name)(double);
 #define OF_TWO(name) double (*name)(double, double);
   ARKMESH_MATHEMATICS(OF_ONE, OF_TWO)

@@ -175,6 +175,25 @@ TEST_CASE("marked robots: seen where they are, driven, stopped") {
   CHECK(bench.led(4) == hal::Led::green);
 }
 
+TEST_CASE("marked robots: proximity") {
+  // A robot that drives at a wall says so to its lab, and its node's variable reads as what it said last.
+  MarkedBench bench;
+  bench.command(MarkedBench::Kind::run);
+  bench.drive(4, {200, 200});
+  bench.pass(ms(8'000));
+  int front = 0;
+  for (const hal::FromRobot& said : bench.arena->robots().heard())
+    if (said.robot == 4 && bench.arena->info().says.at(said.kind) == "prox.horizontal.2") front = said.value;
+  CHECK(front > 4000);
+  namespace aseba = hal::aseba;
+  bench.emulator.nodes()->take_said();
+  constexpr int address = 37;  // of prox.horizontal[2], among the node's variables
+  bench.emulator.nodes()->take(aseba::make_message(aseba::get_variables, {4, address, 1}));
+  const auto answers = aseba::MessageReader().read(bench.emulator.nodes()->take_said());
+  REQUIRE(answers.size() == 1);
+  CHECK(std::abs(aseba::words_of(answers[0]).at(1) - front) <= 200);
+}
+
 TEST_CASE("marked robots: a long exposure hides markers that move") {
   // At the speed that doctor prints for this exposure a marker is seen, at three times of it it is not.
   constexpr double exposure_s = 0.05;

@@ -71,7 +71,7 @@ class EmulatedThymios(EmulatedLab):
         lab.write_text(written)
         # the roll call, over TCP; then all over a serial line
         done = subprocess.run([PROGRAM, "doctor", lab], capture_output=True, text=True, timeout=120)
-        self.assertIn(f"robot 6: node 6 of tcp:{where[2]}, thymio-II with 8 variables", done.stdout + done.stderr)
+        self.assertIn(f"robot 6: node 6 of tcp:{where[2]}, thymio-II with 7 variables", done.stdout + done.stderr)
         self.assertNotIn("run no program", done.stdout + done.stderr)
         dongle = Dongle(self.folder / "dongle", *where[2].split(":"))
         self.addCleanup(dongle.ended.set)

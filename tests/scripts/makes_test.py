@@ -61,6 +61,38 @@ class Makes(unittest.TestCase):
         self.assertLess(near[0], 6)
         self.assertEqual(near[-1], 6)
 
+    def test_thymios_that_hear_their_proximity_sensors_stay_off_walls_and_each_other(self):
+        (self.folder / "avoid.py").write_text(AVOID)
+        (self.folder / "lab.toml").write_text('[lab]\nname = "thymios"\n[run]\nscenario = "avoid.py"\nduration_s = 60\n'
+                                              '[arena]\nwidth_m = 2.0\nheight_m = 2.0\nrobots = 4\n[arena.ode]\nrobot = "thymio"\n'
+                                              'start_poses = [-0.5, -0.5, 0.5, 0.5, -0.5, 2.0, 0.5, 0.5, 3.6, -0.5, 0.5, -1.1]\n')
+        done = subprocess.run([ARKMESH, "run", self.folder / "lab.toml", "--out", self.folder / "out"], capture_output=True, text=True, timeout=300, env=ENVIRONMENT)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        counters = json.loads((self.folder / "out/thymios/result.json").read_text())["counters"]
+        self.assertEqual(counters["arena.contacts.solved"], 0)
+        with open(self.folder / "out/thymios/turned.csv", newline="") as table:
+            self.assertGreater(sum(int(row["robots"]) for row in csv.DictReader(table)), 2)
+
+
+AVOID = '''
+import arkmesh
+import numpy
+
+
+class Avoid(arkmesh.Scenario):
+    def begin(self, lab):
+        self.front = [lab.says.index(f"prox.horizontal.{sensor}") for sensor in range(5)]
+        self.seen = numpy.zeros((len(lab.ids), len(lab.says)))
+
+    def frame(self, lab):
+        for robot, kind, value in lab.heard:
+            self.seen[numpy.searchsorted(lab.ids, robot), kind] = value
+        self.turns = self.seen[:, self.front].max(axis=1) > 1300
+        lab.drive(lab.seen, numpy.where(self.turns, -0.05, 0.08), numpy.where(self.turns, 0.05, 0.08))
+
+    def period(self, lab):
+        lab.row("turned", time_s=round(lab.now_s, 1), robots=int(self.turns.sum()))
+'''
 
 if __name__ == "__main__":
     unittest.main()

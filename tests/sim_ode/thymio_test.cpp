@@ -1,6 +1,8 @@
 // Simulated Thymios: wheels that a lab sets, a program that moves them, words, and what is refused by name.
 #include "hal/robot/thymio.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -103,6 +105,30 @@ TEST_CASE("thymio: words") {
   CHECK(frame.robots[0].led == hal::Led::off);
   CHECK(frame.robots[1].led == hal::Led::yellow);
   CHECK(frame.robots[0].pose.x_m == from);
+}
+
+TEST_CASE("thymio: proximity") {
+  // A robot that turns away while its front sensor is said to see something never touches the wall; each word names a
+  // sensor of its kind, and what leads away from all walls is said to be clear.
+  const auto arena = thymios();
+  const auto kinds = arena->info().says;
+  REQUIRE(kinds.size() == 7);
+  std::array<int, 7> seen{};
+  int words = 0;
+  for (int k = 1; k <= 600; ++k) {
+    const hal::PoseFrame frame = frame_at(*arena, seconds(0.1 * k));
+    for (const hal::FromRobot& said : arena->robots().heard()) {
+      REQUIRE(said.kind < kinds.size());
+      CHECK(said.value >= 0);
+      if (said.robot == 0) seen[said.kind] = said.value, ++words;
+    }
+    const bool blocked = std::max({seen[1], seen[2], seen[3]}) > 1500;
+    drive(*arena, 0, blocked ? -60 : 100, blocked ? 60 : 100);
+    const hal::Pose& pose = frame.robots[0].pose;
+    CHECK(std::max(std::abs(pose.x_m), std::abs(pose.y_m)) < 1 - hal::thymio().body_radius_m - 0.005);
+  }
+  CHECK(words > 10);
+  CHECK(arena->counters()["contacts.solved"] == 0);
 }
 
 TEST_CASE("thymio: a Kilobot's program") {

@@ -61,6 +61,8 @@ class Lab(Kit, Showing, Telling):
         Kinds and values that a word to a robot can have, each from 0.
     make : str
         What the robots are: "kilobot", "thymio".
+    says : list
+        What arkmesh's own program on them says, by the kind in `heard`: "prox.horizontal.0", ...; empty for Kilobots.
     wheels_m_per_s : float
         The fastest that drive() can set, metres a second; 0 where robots cannot be driven.
     """
@@ -73,6 +75,7 @@ class Lab(Kit, Showing, Telling):
         self.scale = facts["scale"]  # shared metres for a metre of this arena
         self.kinds, self.values, self.whole_to_one = facts["kinds"], facts["values"], facts["whole_to_one"]
         self.make = facts.get("make", "robot")  # what the robots are: "kilobot", "thymio"
+        self.says = facts.get("says", [])
         self.wheels_m_per_s = facts.get("wheels_m_per_s", 0)  # the fastest that drive() can set; 0: robots cannot be driven
         self.ids = numpy.array(facts["robots"], dtype=numpy.uint32)
         n = len(self.ids)

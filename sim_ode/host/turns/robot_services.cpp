@@ -31,6 +31,7 @@ arkmesh_host RobotServices::all() {
           .scan = std::vsscanf,
           .scan_file = std::vfscanf,
           .say = say,
+          .prox = prox,
 #define MATHEMATICS(name) .name = hal::fixed::name,
           ARKMESH_MATHEMATICS(MATHEMATICS, MATHEMATICS)
 #undef MATHEMATICS
@@ -152,6 +153,10 @@ void RobotServices::say(std::uint8_t kind, std::int32_t value, const void* from)
   turns().acts(true);
   if (!turns().bodies_.say(turns().robot_, kind, value))
     FaultGuard::leave(Fault::Kind::gave_up, "called arkmesh_say(), but no overhead controller hears robots", from);
+}
+std::int16_t RobotServices::prox(std::uint8_t sensor, const void* from) {
+  if (const auto reading = turns().bodies_.prox(turns().robot_, sensor)) return *reading;
+  FaultGuard::leave(Fault::Kind::gave_up, "asked for a proximity sensor that its robot does not have", from);
 }
 
 }  // namespace arkmesh::sim_ode

@@ -40,6 +40,7 @@ struct RobotServices {
   static int write(FILE* stream, const void* data, std::size_t size);
   static int print(FILE* stream, const char* format, va_list values);
   static void say(std::uint8_t kind, std::int32_t value, const void* from);
+  static std::int16_t prox(std::uint8_t sensor, const void* from);
 };
 
 }  // namespace arkmesh::sim_ode

@@ -1,11 +1,16 @@
-// Simulated Thymios beside those of Enki, the physics that Aseba's playground uses: straight, turn, wall, push.
+// Simulated Thymios beside those of Enki, the physics that Aseba's playground uses: straight, turn, wall, push,
+// proximity.
 #include <enki/PhysicalEngine.h>
 #include <enki/robots/thymio2/Thymio2.h>
 
+#include <array>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 #include "hal/robot/set_point.hpp"
 #include "hal/robot/thymio.hpp"
+#include "sim_ode/simulated_arena.hpp"
 #include "tests/sim_ode/arena_builder.hpp"
 
 namespace arkmesh::sim_ode {
@@ -90,6 +95,48 @@ Ride by_us(double left_m_s, double right_m_s, double run_s, Ahead ahead) {
   return out;
 }
 
+// Proximity sensors of a Thymio at a pose of its axle in that arena, beside another robot's or nobody.
+using Readings = std::array<double, 7>;
+
+Readings seen_by_enki(const hal::Pose& axle, const std::optional<hal::Pose>& other) {
+  Enki::World world(100 * side_m, 100 * side_m);
+  auto* const robot = new Enki::Thymio2;
+  const auto put = [&](Enki::PhysicalObject* object, const hal::Pose& at) {
+    object->pos = Enki::Point(100 * (at.x_m + side_m / 2), 100 * (at.y_m + side_m / 2));
+    object->angle = at.heading_rad;
+    world.addObject(object);
+  };
+  put(robot, axle);
+  if (other) put(new Enki::Thymio2, *other);
+  Readings out{};
+  constexpr int times = 30;  // its readings are noisy
+  for (int i = 0; i < times; ++i) {
+    world.step(1e-6, 1);
+    const Enki::IRSensor* const sensors[] = {&robot->infraredSensor0, &robot->infraredSensor1, &robot->infraredSensor2,
+                                             &robot->infraredSensor3, &robot->infraredSensor4, &robot->infraredSensor5,
+                                             &robot->infraredSensor6};
+    for (std::size_t k = 0; k < out.size(); ++k) out[k] += sensors[k]->getValue() / times;
+  }
+  return out;
+}
+
+Readings seen_by_us(const hal::Pose& axle, const std::optional<hal::Pose>& other) {
+  const auto start = [](const hal::Pose& at) {
+    const double ahead_m = hal::thymio().drive.axle_behind_m;
+    return fmt::format("{}, {}, {}", at.x_m + ahead_m * std::cos(at.heading_rad),
+                       at.y_m + ahead_m * std::sin(at.heading_rad), at.heading_rad);
+  };
+  const auto config = hal::Config::from_text(
+      fmt::format("[arena]\nwidth_m = {0}\nheight_m = {0}\nrobots = {1}\n[arena.ode]\nrobot = \"thymio\"\n"
+                  "start_poses = [{2}{3}{4}]\n",
+                  side_m, other ? 2 : 1, start(axle), other ? ", " : "", other ? start(*other) : ""),
+      "enki.toml");
+  const auto arena = make_simulated_arena(config.root().section("arena"), "b", 1, {});
+  Readings out{};
+  for (std::size_t k = 0; k < out.size(); ++k) out[k] = arena->prox(0, static_cast<int>(k)).value();
+  return out;
+}
+
 }  // namespace
 
 TEST_CASE("thymio: as Enki's") {
@@ -111,6 +158,34 @@ TEST_CASE("thymio: as Enki's") {
     CHECK(us.x_m == doctest::Approx(enki.x_m).epsilon(near));
     CHECK(us.pushed_m == doctest::Approx(enki.pushed_m).epsilon(near));
   }
+}
+
+TEST_CASE("thymio: proximity as Enki's") {
+  // A wall ahead, aslant, beside and behind reads as in Enki within 2 % of the greatest reading.
+  constexpr double greatest = 4505;
+  const auto judge = [&](const hal::Pose& axle, const std::optional<hal::Pose>& other, double near) {
+    CAPTURE(axle.x_m);
+    CAPTURE(axle.heading_rad);
+    const Readings ours = seen_by_us(axle, other), theirs = seen_by_enki(axle, other);
+    double most = 0;
+    for (std::size_t k = 0; k < ours.size(); ++k) {
+      CAPTURE(k);
+      CAPTURE(ours[k]);
+      CAPTURE(theirs[k]);
+      CHECK(std::abs(ours[k] - theirs[k]) < near * greatest);
+      most = std::max(most, ours[k]);
+    }
+    return most;
+  };
+  for (const double gap_m : {0.09, 0.11, 0.14, 0.18, 0.20})
+    for (int turn = -6; turn <= 6; ++turn)
+      CHECK(judge({side_m / 2 - gap_m, 0.1, turn * std::numbers::pi / 6 + 0.01}, {}, 0.02) >= 0);
+  CHECK(judge({side_m / 2 - 0.09, 0, 0}, {}, 0.02) > 4000);
+  CHECK(judge({side_m / 2 - 0.25, 0, 0}, {}, 0.02) == 0);
+  // in a corner, and another robot's front ahead, which is as round as a disc
+  judge({0.88, 0.9, 0.6}, {}, 0.02);
+  for (const double ahead_m : {0.18, 0.22, 0.26})
+    CHECK(judge({0, 0, 0}, hal::Pose{ahead_m, 0, std::numbers::pi}, 0.05) > 1000);
 }
 
 }  // namespace arkmesh::sim_ode
