@@ -36,6 +36,16 @@ def tracker_rows(bench, names):
     return {row["name"].split("/iterations")[0]: row for row in rows}
 
 
+def testbed_expected(bench):
+    """How far robots were seen from where they were expected, by the stated variance: places and lit LEDs in a film of real robots, and of 100 emulated ones; places of 20 dark ones."""
+    text = lines_of([bench.built("motion_noise"), "5" if bench.short else "60"])
+    squares = {name: float(square) for name, square in re.findall(r"(\w+ +\w+) +\(off / stated\)\^2 ([\d.]+)", text)}
+    print("\n".join("  " + line for line in text.splitlines()))
+    judged = [square for name, square in squares.items() if not name.startswith("sky")]
+    value = ", ".join(f"{' '.join(name.split())} {square:.2f}" for name, square in squares.items())
+    return len(judged) == 4 and 0.25 <= min(judged) and max(judged) <= 4, value, "1; 0.25 to 4 of lit robots"
+
+
 def testbed_speed(bench):
     """From a decoded picture of 2048 x 1536 with 100 walking robots to poses, one core, beside OpenCV's HoughCircles on the same pictures, by turns."""
     rows = tracker_rows(bench, ["search/100", "follow/100", "read_jpeg/100",
@@ -115,6 +125,6 @@ def testbed_swap(bench):
     return met, f"at most {max(seconds):.1f} s, {wrong} wrong frames, {blind} messages meanwhile", "20 s, 0, 0"
 
 
-MEASURES = [testbed_accuracy, testbed_naming, testbed_speed, testbed_markers, testbed_thousand, testbed_dhtf, testbed_swap]
+MEASURES = [testbed_accuracy, testbed_expected, testbed_naming, testbed_speed, testbed_markers, testbed_thousand, testbed_dhtf, testbed_swap]
 # tests have the others in short
 NOT_JUDGED_SHORT = {testbed_naming, testbed_speed, testbed_markers, testbed_thousand, testbed_dhtf, testbed_swap}

@@ -210,7 +210,7 @@ TEST_CASE("robots at a seam are one, neighbours stay two") {
   REQUIRE(fused.size() == 2);
   CHECK(fused[0].x_m == doctest::Approx(0.002).epsilon(0.05));
   CHECK(fused[1].x_m == doctest::Approx(0.036).epsilon(0.05));
-  CHECK(fused[0].sigma_m < views[0][0].sigma_m);
+  CHECK(fused[0].sigma_m < fuse(std::vector<std::vector<FusedObservation>>{views[0], {}}, body)[0].sigma_m);
   CHECK(fused[0].confidence == doctest::Approx(0.96));
   REQUIRE(fused[0].led_heading_rad.has_value());
   CHECK(*fused[0].led_heading_rad == doctest::Approx(std::numbers::pi / 2).epsilon(0.01));

@@ -351,19 +351,25 @@ TEST_CASE("robots that touch a wall or each other are known to") {
 }
 
 TEST_CASE("headings are as certain as LEDs prove to be, whatever was stated of them") {
-  // A robot drives a circle and is seen with a known error; the square of how far its heading is off, by what is said
-  // of it, is one on average.
+  // A robot drives and changes its speed and turn as robots do, and is seen with a known error; the square of how far
+  // its heading is off, by what is said of it, is one on average.
   const auto square = [](double true_rad, double stated_rad) {
     Associator associator(testbed::kilobot_following());
     std::mt19937_64 random{6};
     std::normal_distribution<> noise(0, 1);
-    double sum = 0;
+    double sum = 0, heading = 0.3, turn_rad_s = 0, faster_m_s = 0, x_m = 0, y_m = 0;
     int n = 0;
+    const MotionSettings motion = testbed::kilobot_following().motion;
+    const auto some = [&](double variance_s) { return std::sqrt(0.1 * variance_s) * noise(random); };
     for (int i = 0; i < 3000; ++i) {
-      const double heading = wrapped(0.3 + 0.02 * i);
-      const double ahead_m = testbed::kilobot_following().motion.rear_axle_m;
-      FusedObservation one = robot_at(0.05 * std::sin(heading) + ahead_m * std::cos(heading),
-                                      -0.05 * std::cos(heading) + ahead_m * std::sin(heading));
+      turn_rad_s = 0.95 * turn_rad_s + some(motion.lit.turn);
+      faster_m_s = 0.95 * faster_m_s + some(motion.lit.speed);
+      heading = wrapped(heading + 0.1 * turn_rad_s + some(motion.lit.turned_rad2_s));
+      const double way_m = 0.1 * (0.01 + faster_m_s);
+      x_m += way_m * std::cos(heading) + some(motion.lit.slip_m2_s);
+      y_m += way_m * std::sin(heading) + some(motion.lit.slip_m2_s);
+      FusedObservation one =
+          robot_at(x_m + motion.rear_axle_m * std::cos(heading), y_m + motion.rear_axle_m * std::sin(heading));
       one.x_m += 0.0002 * noise(random), one.y_m += 0.0002 * noise(random), one.sigma_m = 0.0002;
       one.led = hal::Led::red, one.led_confidence = 1;
       one.led_heading_rad = wrapped(heading - testbed::kilobot_following().led_offset_rad + true_rad * noise(random));

@@ -185,7 +185,7 @@ void Associator::meet(Followed& followed, const FusedObservation& seen, hal::Lab
   if (seen.led_heading_rad) {
     learn_led_noise(followed, seen, now);
     const auto misfit = followed.motion.see_heading(wrapped(*seen.led_heading_rad + led_offset(followed).rad),
-                                                    seen.led_heading_sigma_rad);
+                                                    led_noise_ * seen.led_heading_sigma_rad);
     if (settled && misfit) headings_.add(*misfit);
   }
   track.confidence += (1 - track.confidence) * 0.5f * seen.confidence;
@@ -200,7 +200,6 @@ void Associator::meet(Followed& followed, const FusedObservation& seen, hal::Lab
 void Associator::learn_led_noise(Followed& followed, const FusedObservation& seen, hal::LabTime now) {
   const auto [newer, older] = followed.looks;
   followed.looks = {Followed::Look{now, *seen.led_heading_rad}, newer};
-  followed.led_sigma_rad = seen.led_heading_sigma_rad;
   const double step_s = seconds(now - newer.at), before_s = seconds(newer.at - older.at);
   if (step_s > 0.3 || std::abs(step_s - before_s) > 0.2 * step_s) return;
   if (std::abs(followed.motion.speed_m_s()) < walks_m_s) return;
@@ -208,12 +207,6 @@ void Associator::learn_led_noise(Followed& followed, const FusedObservation& see
       std::abs(wrapped(wrapped(*seen.led_heading_rad - newer.led_rad) - wrapped(newer.led_rad - older.led_rad)));
   const bool more = off_rad > 0.6745 * std::sqrt(6) * led_noise_ * seen.led_heading_sigma_rad;
   led_noise_ = std::clamp(led_noise_ * (more ? 1 + noise_step : 1 / (1 + noise_step)), min_led_noise, max_led_noise);
-}
-
-// As the filter has it, but what it has from LEDs is as certain as they have proved to be.
-double Associator::heading_noise_rad(const Followed& followed) const {
-  const double all = followed.motion.heading_sigma_rad(), of_led = std::min(all, followed.led_sigma_rad);
-  return std::min(std::numbers::pi, std::hypot(led_noise_ * of_led, std::sqrt(all * all - of_led * of_led)));
 }
 
 void Associator::miss(Followed& followed, hal::LabTime now) {
@@ -260,7 +253,7 @@ void Associator::give_birth(std::span<const FusedObservation> seen, std::span<co
     followed.track.primary = seen[i].primary, followed.track.primary_confidence = seen[i].primary_confidence;
     if (seen[i].led_heading_rad)
       followed.motion.see_heading(wrapped(*seen[i].led_heading_rad + usual_led_offset_.rad),
-                                  seen[i].led_heading_sigma_rad);
+                                  led_noise_ * seen[i].led_heading_sigma_rad);
     followed_.push_back(std::move(followed));
     counters_.add("track.born");
   }
@@ -271,7 +264,7 @@ void Associator::report(hal::LabTime now) {
   for (Followed& followed : followed_) {
     Track& track = followed.track;
     track.in_arena = followed.motion.pose();
-    const double noise_rad = heading_noise_rad(followed);
+    const double noise_rad = followed.motion.heading_sigma_rad();
     track.heading_noise_rad = static_cast<float>(noise_rad);
     track.heading_sigma_rad =
         static_cast<float>(std::min(std::numbers::pi, std::hypot(noise_rad, led_offset(followed).error_rad)));

@@ -72,6 +72,9 @@ class Associator {
   // The track is not who it was thought to be.
   void unname(TrackNumber track);
   const hal::Counters& counters() const { return counters_; }
+  const Misfits& places() const { return places_; }
+  const Misfits& headings() const { return headings_; }
+  double led_noise() const { return led_noise_; }
 
  private:
   struct Followed {
@@ -91,7 +94,6 @@ class Associator {
       double led_rad = 0;
     };
     std::array<Look, 2> looks;  // the last ones at its LED, the newest first
-    double led_sigma_rad = 0;   // as stated of the last look
   };
 
   void find_touching();
@@ -102,7 +104,6 @@ class Associator {
   void doubt(Followed& followed);
   void meet(Followed& followed, const FusedObservation& seen, hal::LabTime now);
   void learn_led_noise(Followed& followed, const FusedObservation& seen, hal::LabTime now);
-  double heading_noise_rad(const Followed& followed) const;
   void miss(Followed& followed, hal::LabTime now);
   void give_birth(std::span<const FusedObservation> seen, std::span<const std::int32_t> seen_by, hal::LabTime now);
   void report(hal::LabTime now);
@@ -115,11 +116,7 @@ class Associator {
   std::vector<Track> reported_;
   TrackNumber next_ = 0;
   hal::LabTime now_{0};
-  struct Misfits {
-    std::uint64_t n = 0;
-    Misfit sum;
-    void add(const Misfit& misfit) { ++n, sum.square += misfit.square, sum.normalised += misfit.normalised; }
-  } places_, headings_;
+  Misfits places_, headings_;
   double led_noise_ = 1;  // of LEDs' directions, in parts of the deviation that was stated; learnt
   hal::Counters counters_;
 };

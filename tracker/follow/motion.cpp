@@ -13,7 +13,14 @@ constexpr double longest_step_s = 0.05;   // the model is linear enough over thi
 constexpr double speed_memory_s = 2;      // a robot out of sight is thought to stop in about this time
 constexpr double hand_speed_m_s = 0.02;   // how fast a robot of unknown heading is allowed to drift
 constexpr double telling_path_m = 0.005;  // a path this long tells the heading
+constexpr double lit_for_s = 0.3;         // after it told the heading, an LED counts as lit
+constexpr double other_light_rad = 0.25;  // a look less far off shows the robot's own LED, which has begun to turn
 constexpr double anchor_life_s = 3;       // slower than that it tells nothing
+
+Misfit misfit_of(double off, double variance) {
+  const double square = off * off, normalised = square / variance;
+  return {square, normalised, (normalised + std::log(2 * std::numbers::pi * variance)) / 2};
+}
 
 }  // namespace
 
@@ -54,15 +61,21 @@ void Motion::predict(double seconds, bool touching) {
   since_led_s_ += seconds;
   since_anchor_s_ += seconds;
   // A very long absence teaches nothing more.
-  for (double left = std::min(seconds, 10.0); left > 0; left -= longest_step_s)
+  for (double left = std::min(seconds, 60.0); left > 0; left -= longest_step_s)
     predict_step(std::min(left, longest_step_s));
 }
 
+const Unexplained& Motion::unexplained() const {
+  const bool lit = since_led_s_ < lit_for_s;
+  if (touching_) return lit ? settings_.touching_lit : settings_.touching_dark;
+  return lit ? settings_.lit : settings_.dark;
+}
+
 void Motion::predict_step(double seconds) {
-  const double slip = touching_ ? settings_.touching_slip_m2_s : settings_.slip_m2_s;
+  const Unexplained& noise = unexplained();
   if (!heading_known_) {
-    spread_(x, x) += hand_speed_m_s * hand_speed_m_s * seconds * 0.1 + slip * seconds;
-    spread_(y, y) += hand_speed_m_s * hand_speed_m_s * seconds * 0.1 + slip * seconds;
+    spread_(x, x) += hand_speed_m_s * hand_speed_m_s * seconds * 0.1 + noise.slip_m2_s * seconds;
+    spread_(y, y) += hand_speed_m_s * hand_speed_m_s * seconds * 0.1 + noise.slip_m2_s * seconds;
     return;
   }
   const double middle = state_[heading] + state_[turn] * seconds / 2;
@@ -88,11 +101,11 @@ void Motion::predict_step(double seconds) {
   state_[turn] *= keep;
 
   spread_ = change * spread_ * change.transpose();
-  spread_(x, x) += slip * seconds;
-  spread_(y, y) += slip * seconds;
-  spread_(heading, heading) += (touching_ ? settings_.touching_turned_rad2_s : settings_.turned_rad2_s) * seconds;
-  spread_(speed, speed) += settings_.speed_drift * seconds;
-  spread_(turn, turn) += settings_.turn_drift * seconds;
+  spread_(x, x) += noise.slip_m2_s * seconds;
+  spread_(y, y) += noise.slip_m2_s * seconds;
+  spread_(heading, heading) += noise.turned_rad2_s * seconds;
+  spread_(speed, speed) += noise.speed * seconds;
+  spread_(turn, turn) += noise.turn * seconds;
   tidy();
 }
 
@@ -112,8 +125,10 @@ std::optional<Misfit> Motion::see_place(double x_m, double y_m, double sigma_m) 
   std::optional<Misfit> misfit;
   if (heading_known_) {
     const double off_x = x_m - state_[x], off_y = y_m - state_[y];
-    misfit = {(off_x * off_x + off_y * off_y) / 2,
-              (off_x * off_x / (spread_(x, x) + variance) + off_y * off_y / (spread_(y, y) + variance)) / 2};
+    const Misfit along = misfit_of(off_x, spread_(x, x) + variance),
+                 across = misfit_of(off_y, spread_(y, y) + variance);
+    misfit = {(along.square + across.square) / 2, (along.normalised + across.normalised) / 2,
+              (along.nats + across.nats) / 2};
     doubt_heading(misfit->normalised);
   }
   Eigen::Matrix<double, 1, 5> seen = Eigen::Matrix<double, 1, 5>::Zero();
@@ -175,7 +190,8 @@ void Motion::turn_round() {
 std::optional<Misfit> Motion::see_heading(double heading_rad, double sigma_rad) {
   const double variance = sigma_rad * sigma_rad;
   const double surprise = wrapped(heading_rad - state_[heading]);
-  const bool odd = heading_known_ && surprise * surprise > 16 * (spread_(heading, heading) + variance);
+  const bool odd = heading_known_ &&
+                   std::abs(surprise) > std::max(other_light_rad, 4 * std::sqrt(spread_(heading, heading) + variance));
   odd_headings_ = odd ? odd_headings_ + 1 : 0;
   // A single one is a neighbour's light; three in a row are right.
   if (odd && odd_headings_ < 3) return {};
@@ -189,7 +205,7 @@ std::optional<Misfit> Motion::see_heading(double heading_rad, double sigma_rad) 
     spread_(turn, turn) = 0.5;
     return {};
   }
-  const Misfit misfit{surprise * surprise, surprise * surprise / (spread_(heading, heading) + variance)};
+  const Misfit misfit = misfit_of(surprise, spread_(heading, heading) + variance);
   Eigen::Matrix<double, 1, 5> seen = Eigen::Matrix<double, 1, 5>::Zero();
   seen(0, heading) = 1;
   correct(seen, surprise, variance);

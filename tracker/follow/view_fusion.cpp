@@ -7,16 +7,13 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr double centre_noise_px = 0.5;      // of a detection's centre, and
-constexpr double centre_noise_part = 0.015;  // this part of its radius
-constexpr double camera_noise_m = 0.0003;    // of a calibration
-constexpr double led_noise_px = 0.8;
-constexpr double min_led_noise_rad = 0.035;
+// By how much calibrations of cameras differ; of one camera it stays the same.
+constexpr double camera_noise_m = 0.0003;
 
 }  // namespace
 
 std::vector<FusedObservation> on_table(const Calibration& camera, std::span<const Detection> detections,
-                                       const Body& body) {
+                                       const Body& body, const LookNoise& noise) {
   std::vector<FusedObservation> seen;
   seen.reserve(detections.size());
   for (const Detection& found : detections) {
@@ -37,15 +34,14 @@ std::vector<FusedObservation> on_table(const Calibration& camera, std::span<cons
                          .primary_confidence = found.primary_confidence};
     // A robot that the picture's edge cuts is placed less well, and so is one seen from aside.
     const double cut = inside_px < found.r_px ? 3 : 1;
-    one.sigma_m =
-        std::hypot(camera_noise_m, cut * (centre_noise_px + centre_noise_part * found.r_px) / scale->smallest);
+    one.sigma_m = cut * noise.centre_px / scale->smallest;
     if (found.led != hal::Led::off && std::isfinite(found.led_x_px) && std::isfinite(found.led_y_px)) {
       const double off_px = std::hypot(found.led_x_px - found.x_px, found.led_y_px - found.y_px);
       const auto led = camera.to_arena({found.led_x_px, found.led_y_px}, body.led_m);
       // Near the edge is where a robot's own LED is.
       if (led && off_px > 0.4 * found.r_px && off_px < 1.2 * found.r_px) {
         one.led_heading_rad = std::atan2(led->y - place->y, led->x - place->x);
-        one.led_heading_sigma_rad = std::max(min_led_noise_rad, cut * std::atan2(led_noise_px, off_px));
+        one.led_heading_sigma_rad = cut * std::atan2(noise.led_px, off_px);
       }
     }
     seen.push_back(one);
@@ -113,7 +109,7 @@ std::vector<FusedObservation> fuse(std::span<const std::vector<FusedObservation>
     float doubt = 1;
     for (const std::size_t i : group) {
       const FusedObservation& seen = *items[i].seen;
-      const double w = 1 / (seen.sigma_m * seen.sigma_m);
+      const double w = 1 / (seen.sigma_m * seen.sigma_m + camera_noise_m * camera_noise_m);
       weight += w, x += w * seen.x_m, y += w * seen.y_m;
       doubt *= 1 - seen.confidence;
       if (seen.led_confidence > one.led_confidence) one.led = seen.led, one.led_confidence = seen.led_confidence;

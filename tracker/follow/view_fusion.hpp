@@ -18,10 +18,17 @@ struct Body {
   double led_m = not_given;    // of the LED
 };
 
+// How far what is found in pictures is off at random: standard deviations, estimated as those of motion (motion.hpp).
+// An LED's is what the tracker learns in the film (0.16) and under the emulator (0.11).
+struct LookNoise {
+  double centre_px = 0.04;  // of a robot's centre
+  double led_px = 0.15;     // of an LED
+};
+
 // One camera's detections on the arena plane. Leaves out what the camera cannot place and what lies mostly outside its
 // picture.
 std::vector<FusedObservation> on_table(const Calibration& camera, std::span<const Detection> detections,
-                                       const Body& body);
+                                       const Body& body, const LookNoise& noise = {});
 
 // Observations of different cameras that must be the same robot, because bodies cannot overlap, become one: places and
 // headings weighted by their certainty, the colour of the one surest of it. `views[i]` is camera i's.
