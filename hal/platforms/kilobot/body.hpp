@@ -18,8 +18,8 @@ inline constexpr double rear_legs_apart_m = 0.0277, rear_axle_m = 0.0099;
 // The LED is at the front right near the rim. Measured in pictures of real robots, which differ by 0.03 in radius;
 // another lab's robots may carry it elsewhere (ARK has 20 degrees in code that it never runs).
 inline constexpr double led_bearing_deg = -44, led_bearing_rad = led_bearing_deg * std::numbers::pi / 180;
-// Between robots, about that bearing: straight stretches of seven robots in a film lie 16 degrees from it (root mean
-// square; pushes are in it), bearings of 35 to 72 degrees 14.
+// Between robots, about that bearing. Ours, chosen between data: six straight drivers of a film lie 14 degrees from it
+// (RMS, pushes included), and bearings of 35 to 72 degrees also 14.
 inline constexpr double led_bearing_spread_rad = 15 * std::numbers::pi / 180;
 inline constexpr double led_radius_m = 0.87 * body_radius_m;
 // How far it is above the board. Ours: no source gives it; small surface-mounted ones are that high.
