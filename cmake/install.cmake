@@ -25,7 +25,7 @@ install(FILES drawing/intervals.py drawing/figure_style.py drawing/batch_figure.
   DESTINATION ${share} COMPONENT lab)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/lcmtypes/python/ DESTINATION ${share}/lcmtypes COMPONENT lab)
 # Scenarios in Python, and what `arkmesh scenario new` copies beside the experiment light_up.
-install(DIRECTORY scenarios/python DESTINATION ${share} COMPONENT python FILES_MATCHING PATTERN "*.py" PATTERN "py.typed")
+install(DIRECTORY scenarios/python DESTINATION ${share} COMPONENT python FILES_MATCHING PATTERN "*.py" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
 install(FILES scenarios/light_up/light_up.hpp scenarios/light_up/light_up.cpp DESTINATION ${share}/experiments/light_up/cpp COMPONENT lab)
 
 # Headers: what a scenario includes (lab/scenario.hpp, scenarios/*.hpp, scenarios/kit), its test (lab/testing) and its main() (cli/whole_program.hpp), with what those

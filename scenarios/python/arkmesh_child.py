@@ -26,7 +26,9 @@ def hand_over(place):
 
 
 def serve():
+    sys.dont_write_bytecode = False  # else the package of a checkout is compiled at each start
     from arkmesh import answering
+    sys.dont_write_bytecode = True
     file = pathlib.Path("the scenario")
 
     def make(facts):

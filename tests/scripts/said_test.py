@@ -1,5 +1,6 @@
 """What a user would not notice is said or refused: absent labs, misspelt methods, fields that labs declare otherwise, what the seed does not decide, runs of
 other settings in one figure, and wrong words on the command line."""
+import importlib.util
 import json
 import os
 import pathlib
@@ -169,13 +170,19 @@ class Said(unittest.TestCase):
             self.assertIn(wanted, said)
 
     def test_what_python_is_given(self):
-        """Paths as pathlib has them are settings; an object in place of its class is refused in words."""
+        """Paths as pathlib has them are settings; a class that importlib loaded is taken; an object in place of its class is refused in words."""
         class Mine(arkmesh.Scenario):
             def begin(self, lab):
                 lab.count("length", len(lab.setting("file", "")))
         run = arkmesh.run(Mine, *(self.folder / f"{lab}.toml" for lab in "ab"), out=self.folder / "path",
                           settings={f"scenario.{arkmesh.answering.name_of_class(Mine)}.file": pathlib.Path("/a/b")})
         self.assertEqual(run.counts["length"], 8)
+        (self.folder / "loaded.py").write_text(HEAD + "  def period(self, lab): lab.count('n')\n")
+        spec = importlib.util.spec_from_file_location("loaded", self.folder / "loaded.py")
+        module = importlib.util.module_from_spec(spec)  # has no place in sys.modules
+        spec.loader.exec_module(module)
+        run = arkmesh.run(module.Mine, self.folder / "a.toml", out=self.folder / "loaded")
+        self.assertTrue((run.labs["a"].folder / "scenario/loaded.py").is_file(), list(run.folder.rglob("*")))
         for wrong, wanted in ((Mine(), "give the class, as arkmesh.run(Mine, ...)"), (3, "a scenario is a class derived from arkmesh.Scenario, or a file, and no int")):
             with self.assertRaises(TypeError) as raised:
                 arkmesh.run(wrong, self.folder / "a.toml")

@@ -27,11 +27,12 @@ from .lab_facade import HEARD, Lab
 from .scenario import Scenario, check_every
 
 HEAD, TIME, COUNT = struct.Struct("<IB"), struct.Struct("<qI"), struct.Struct("<I")
+ENCODER = json.JSONEncoder(check_circular=False, separators=(",", ":"))
 # What a robot's program, ARGoS and others call it.
 OTHERS_WORDS = {"setup": "begin", "start": "begin", "init": "begin", "loop": "frame", "step": "frame", "update": "frame", "poses": "frame", "boundary": "period"}
 U4, F8, U1, I8 = numpy.dtype("<u4"), numpy.dtype("<f8"), numpy.dtype("u1"), numpy.dtype("<i8")  # as every machine that arkmesh runs on has them
 POSE = numpy.dtype([("x", "<f8"), ("y", "<f8"), ("heading", "<f8")])
-NONE = tuple((dtype, numpy.zeros(0, dtype)) for dtype in (POSE, HEARD))  # objects that move, and what is heard
+NO_OBJECTS, NONE_HEARD, NOTHING = numpy.zeros(0, POSE), numpy.zeros(0, HEARD), bytes(COUNT.size)
 PACKAGE = pathlib.Path(__file__).resolve().parent
 # Whose code none of the user's is.
 NOT_USERS = {PACKAGE, pathlib.Path(sysconfig.get_path("stdlib")), pathlib.Path(sysconfig.get_path("platstdlib"))}
@@ -68,8 +69,11 @@ class Line:
     def receive(self):
         self.read(HEAD.size)
         size, kind = HEAD.unpack_from(self.came)
-        self.read(HEAD.size + size)
-        self.kind, content, self.came = chr(kind), self.came[HEAD.size:HEAD.size + size], self.came[HEAD.size + size:]
+        end = HEAD.size + size
+        if len(self.came) < end:
+            self.read(end)
+        self.kind, content = chr(kind), self.came[HEAD.size:end]
+        del self.came[:end]
         self.computing(True)
         return self.kind, content
 
@@ -86,8 +90,9 @@ class Line:
 
     def answer(self, lab, more=None):
         words, said = lab._take()
-        said.update(more or {})
-        self.send("A", struct.pack("<I", len(words)) + words + (json.dumps(said).encode() if said else b""))
+        if more:
+            said.update(more)
+        self.send("A", COUNT.pack(len(words)) + words + (ENCODER.encode(said).encode() if said else b"") if words or said else NOTHING)
 
     def fail(self, sentence):
         self.send("E", sentence[:1000].encode())
@@ -129,7 +134,8 @@ def see(lab, kind, content):
     reader = Reader(content)
     if kind == "F":
         robots = reader.robots()
-        objects, heard = (reader.array(dtype, n) if (n := reader.count()) else none for dtype, none in NONE)
+        objects = reader.array(POSE, count) if (count := reader.count()) else NO_OBJECTS
+        heard = reader.array(HEARD, count) if (count := reader.count()) else NONE_HEARD
         n = len(robots["ids"])
         lab._see(reader.now_us, robots, objects, heard, [reader.array(F8, n * (columns := reader.count())).reshape(n, columns) for _ in lab._pieces])
         return
@@ -274,11 +280,18 @@ def source_of(thing):
     return textwrap.dedent(inspect.getsource(thing))
 
 
+def file_of(cls):
+    try:
+        return pathlib.Path(inspect.getfile(cls))
+    except TypeError:  # its module was loaded by importlib, and has no place in sys.modules
+        return next((pathlib.Path(f.__code__.co_filename) for f in vars(cls).values() if inspect.isfunction(f)), pathlib.Path())
+
+
 def sources_of_class(cls):
     """Of its file; in a notebook or script its own source, and that of what it names there, as far as there is one."""
     name = name_of_class(cls)
     if cls.__module__ != "__main__":
-        file = pathlib.Path(inspect.getfile(cls))
+        file = file_of(cls)
         return sources_of_file(file) if file.suffix == ".py" else {}
     around = vars(sys.modules["__main__"])
     parts, seen = [], {}

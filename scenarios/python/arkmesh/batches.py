@@ -41,7 +41,7 @@ class Batch:
         return len(self.table)
 
     def to_dataframe(self) -> Any:
-        """The table as a pandas.DataFrame."""
+        """Returns the table as a pandas.DataFrame. Raises ImportError without pandas."""
         return _library("pandas").DataFrame(self.table)
 
     def plot(self, x: str, y: str, by: str = "", kind: str = "", width: str = "page", xlabel: Optional[str] = None, ylabel: Optional[str] = None,

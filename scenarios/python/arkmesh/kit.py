@@ -4,13 +4,15 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-from typing import Any, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 import numpy
-from numpy.typing import ArrayLike, NDArray
 
 from .pieces import Crowd, Eyes, Floor, Gps, Light, Region, Towards, Trail, Voices, _callers_line, _leds, _name, _number, _pair, _whole
 from .renamed import renamed
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 LARGEST_IMAGE = 16 << 20  # bytes
 
@@ -18,7 +20,7 @@ LARGEST_IMAGE = 16 << 20  # bytes
 class Kit:
     """The methods of a Lab that ask for pieces, each in begin() only. Of those that robots sense, `noise` is the standard deviation of a
     reading's normal error, in the reading's unit, and `every_s` how often readings are renewed, of all robots at once; 0: with each
-    frame. A robot that a frame does not hold keeps its last reading. What cannot be is refused by a ValueError."""
+    frame. A robot that a frame does not hold keeps its last reading."""
 
     name: str
     ids: NDArray[numpy.uint32]
@@ -49,6 +51,11 @@ class Kit:
             its direction; so does the nearest of obstacles and robots.
         noise, every_s
             Of distances, metres; seconds.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range or malformed; RuntimeError after begin().
         """
         sectors = _whole("sectors", sectors, 1, 16)
         if half_planes and around:
@@ -71,6 +78,11 @@ class Kit:
             Robots of other labs count, too, where they are in this arena, unless sensors.presence is "none".
         noise, every_s
             Of the count; seconds.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range or malformed; RuntimeError after begin().
         """
         return self._sensor(Crowd, {"piece": "crowd", "range": _number("reach", reach, 1e-6, 1e3), "leds": _leds(leds), "others": bool(others)}, noise, every_s)
 
@@ -96,6 +108,11 @@ class Kit:
             (how many, opening in radians, radius in metres, least value) of zones in front of robots.
         full
             What people see as darkest; 0 shows nothing.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range or malformed; RuntimeError after begin().
         """
         asked = {"piece": "trail", "name": _name("a trail", name), "wind": _pair("wind", wind), "zones": None, "full": _number("full", full, 0)}
         if zones is not None:
@@ -126,6 +143,11 @@ class Kit:
             Only robots whose LED is one of these numbers count, and use the resource.
         label, colour
             As people see it; a colour by its meaning, as of circle().
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range or malformed; RuntimeError after begin().
         """
         if (centre is None) == (corners is None) or (centre is None) != (radius is None):
             raise ValueError("a region needs centre and radius, or corners")
@@ -169,6 +191,11 @@ class Kit:
             A file beside the scenario instead, whose greys become so many levels, 0 the lightest.
         noise, every_s
             Of the level; seconds.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range or malformed; RuntimeError after begin().
         """
         columns, rows = _whole("columns", columns, 1, 1000), _whole("rows", rows, 1, 1000)
         if image is not None:
@@ -227,6 +254,11 @@ class Kit:
             (2) metres of the shared world.
         noise, every_s
             Of the bearing in radians, and of the distance in metres; seconds.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range or malformed; RuntimeError after begin().
         """
         x, y = _pair("place", place, -1e4, 1e4)
         return self._sensor(Towards, {"piece": "towards", "x": x, "y": y}, noise, every_s, count=2)
@@ -243,6 +275,11 @@ class Kit:
             Metres of the shared world; without them they are the sides of this arena.
         noise, every_s
             Of x and y in metres, and of the heading in radians; seconds.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range or malformed; RuntimeError after begin().
         """
         cells = [_whole(name, n, 1, 65536) for name, n in (("columns", columns), ("rows", rows), ("headings", headings))]
         size = [self.scale * side if given is None else _number(name, given, 1e-6, 1e6)
@@ -265,6 +302,11 @@ class Kit:
             Dicts of a path (a place, or several that it goes round), radius (0.1), level (1023) and speed (0, in m/s).
         noise, every_s
             Of the level; seconds.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range or malformed; RuntimeError after begin().
         """
         given = []
         for beam in beams:
@@ -292,6 +334,11 @@ class Kit:
             Metres of the shared world.
         graph
             Pairs of (lab, id).
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range or malformed; RuntimeError after begin().
         """
         values = _whole("values", values, 1, 64)
         if (reach is None) == (graph is None):

@@ -5,16 +5,18 @@ import hashlib
 import math
 import pathlib
 import re
-from typing import Any, Optional, Sequence, TypeVar
+from typing import TYPE_CHECKING, Any, Optional, Sequence, TypeVar
 
 import numpy
-from numpy.typing import ArrayLike, NDArray
 
 from .kit import Kit
 from .renamed import renamed
 from .scenario import Others, Solid
 from .showing import Showing
 from .telling import NOT_SHOWN, WORD, Telling
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 _Setting = TypeVar("_Setting", bool, int, float, str)
 
@@ -306,4 +308,4 @@ class Lab(Kit, Showing, Telling):
     def _take(self):
         words, said = self._words, self._said
         self._words, self._said = [], {}
-        return b"".join(each.tobytes() for each in words), said
+        return b"".join([each.tobytes() for each in words]) if words else b"", said

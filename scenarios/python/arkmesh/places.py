@@ -1,8 +1,11 @@
 """Arithmetic on places. Operation by operation, so that every computer gives the same bits."""
 from __future__ import annotations
+from typing import TYPE_CHECKING
 
 import numpy
-from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 _PAIRS_AT_ONCE = 1 << 20
 _FEW_PAIRS = 1 << 14  # all are looked at in less time than cells take

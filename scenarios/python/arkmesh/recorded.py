@@ -144,14 +144,14 @@ class Arrays:
         return self._lab._rows
 
     def to_xarray(self) -> Any:
-        """An xarray.Dataset of x, y, heading and led by time and robot."""
+        """Returns an xarray.Dataset of x and y (m), heading (rad) and led by time (s) and robot. Raises ImportError without xarray."""
         xarray = _library("xarray")
         about = {"x": ("m", self.xy[..., 0]), "y": ("m", self.xy[..., 1]), "heading": ("rad", self.heading), "led": ("", self.led)}
         return xarray.Dataset({name: (("time", "robot"), values, {"units": unit}) for name, (unit, values) in about.items()},
                               {"time": ("time", self.t_s, {"units": "s"}), "robot": self.ids}, {"lab": self._lab.name})
 
     def to_dataframe(self) -> Any:
-        """A pandas.DataFrame with a row for each robot in each frame: time_s, robot, x_m, y_m, heading_rad, led. Without robots that were not seen."""
+        """Returns a pandas.DataFrame with a row for each robot seen in each frame: time_s, robot, x_m, y_m, heading_rad, led. Raises ImportError without pandas."""
         pandas = _library("pandas")
         time, robot = (each.ravel() for each in numpy.meshgrid(self.t_s, self.ids, indexing="ij"))
         seen = ~numpy.isnan(self.xy[..., 0].ravel())
@@ -195,7 +195,23 @@ class LabRun(Arrays):
         return _frames_of(log)
 
     def plot(self, time_s: Optional[float] = None, width: str = "page", title: Optional[str] = None, out: Optional[PathLike] = None) -> Any:
-        """As Run.plot, of this lab alone."""
+        """Draws this lab's arena at a moment.
+
+        Parameters
+        ----------
+        time_s, width, title, out
+            As in `Run.plot()`.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            In metres.
+
+        Raises
+        ------
+        ValueError
+            As in `Run.plot()`.
+        """
         return _plot(self.folder, time_s, width, title, out)[self.name]
 
     def __repr__(self) -> str:
@@ -274,7 +290,18 @@ class Run(Arrays):
         return self.labs[self.name]
 
     def export(self) -> pathlib.Path:
-        """Returns the folder of the run's tables as CSV, which is written when it is not there. Raises Failed if it cannot be written."""
+        """Exports the run's tables as CSV, unless that was done.
+
+        Returns
+        -------
+        pathlib.Path
+            Their folder.
+
+        Raises
+        ------
+        RuntimeError
+            If they cannot be written.
+        """
         out = self.folder / "export/csv"
         if self.state == "running" or not out.is_dir():
             call("export", str(self.folder), "--csv", "--force")
@@ -349,7 +376,7 @@ class Run(Arrays):
 
         Raises
         ------
-        Failed
+        RuntimeError
             If ffmpeg or a recording is missing.
         """
         out = pathlib.Path(out or self.folder / "film.mp4")

@@ -6,9 +6,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
     from .lab_facade import Lab
 
 
@@ -47,16 +47,45 @@ class Scenario:
             raise ValueError(f"the lab calls `{name}`; give {value!r} another name")
 
     def begin(self, lab: Lab) -> None:
-        """Once, before lab time passes: settings, fields, what this lab decides."""
+        """Called once, before lab time passes: ask for settings and pieces, declare fields, publish what this lab decides.
+
+        Parameters
+        ----------
+        lab
+            This lab; other labs' robots and fields are not known yet.
+        """
 
     def frame(self, lab: Lab) -> None:
-        """For each frame of poses, 10 a second. The first one comes before the first period(), and nothing is known of other labs then."""
+        """Called for each frame of poses, 10 a second. The first frame precedes the first period(), when nothing is known of other labs.
+
+        Parameters
+        ----------
+        lab
+            This lab, with the robots of the newest frame.
+        """
 
     def period(self, lab: Lab) -> None:
-        """At each boundary, right after the states of all labs were merged."""
+        """Called at each boundary, right after the states of all labs were merged.
+
+        Parameters
+        ----------
+        lab
+            This lab, with the robots and fields of all labs as of this boundary.
+        """
 
     def finished(self, lab: Lab) -> bool:
-        """Asked after period(): True ends the run. A function of merged fields only."""
+        """Called after each period().
+
+        Parameters
+        ----------
+        lab
+            As in period(). Use merged fields only, so that all labs decide alike.
+
+        Returns
+        -------
+        bool
+            True ends the run.
+        """
         return False
 
 
@@ -80,6 +109,8 @@ class Others:
     @cached_property
     def labs(self) -> NDArray[numpy.str_]:
         """(n) the lab of each."""
+        if len(self._parts) == 1:
+            return numpy.full(len(self._parts[0][1]["ids"]), self._parts[0][0], "<U15")
         return numpy.repeat(numpy.array([name for name, _ in self._parts], dtype="<U15"), [len(robots["ids"]) for _, robots in self._parts])
 
     @cached_property

@@ -4,10 +4,12 @@ from __future__ import annotations
 import math
 import pathlib
 import re
-from typing import Any, Optional, Union
+from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy
-from numpy.typing import ArrayLike
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 OWN_TABLES = ("hash", "audit", "curves")  # of each lab
 OWN_COLUMNS = ("run", "setting", "seed", "state", "why", "final_hash", "periods", "duration_s")  # of a batch's table, beside counts
@@ -32,7 +34,12 @@ class Showing:
         table
             Of a-z, 0-9 and _.
         **values
-            The columns by name, in the order of the table's first row; values hold no comma, quote or line end.
+            The columns by name, in the order of the table's first row.
+
+        Raises
+        ------
+        ValueError
+            If the columns differ from the first row's, or a name or value contains a comma, quote or line end.
         """
         if not re.fullmatch("[a-z][a-z0-9_]{0,63}", table) or table in OWN_TABLES:
             raise ValueError(f"row of {table!r}: a table's name consists of a-z, 0-9 and _, at most 64, and is not {' or '.join(OWN_TABLES)}")
@@ -56,6 +63,11 @@ class Showing:
             A text in one line without @.
         n
             How much, 0 or more.
+
+        Raises
+        ------
+        ValueError
+            If the name is empty, has several lines or @, or is a column of a batch's table; or `n` is not a whole number from 0.
         """
         if not str(name).strip() or not str(name).isprintable() or "@" in str(name) or name in OWN_COLUMNS:
             raise ValueError(f"count {name!r}: a name must be one line without @, and not one of {', '.join(OWN_COLUMNS)}")
@@ -71,7 +83,14 @@ class Showing:
         words, unit
             What they read.
         curve
-            Pages and figures draw it over lab time, those that were named first before others.
+            Pages and figures draw it over lab time, in the order of these calls.
+
+        Raises
+        ------
+        ValueError
+            If a text is longer than 120 bytes, or a name contains a comma, quote or @.
+        RuntimeError
+            After begin().
         """
         asked = self._settings.get(name)
         if asked:
@@ -87,6 +106,13 @@ class Showing:
             A colour of what is drawn, by its meaning, or an LED, 0 to 8.
         words
             What it means.
+
+        Raises
+        ------
+        ValueError
+            If there is no such colour or LED.
+        RuntimeError
+            After begin().
         """
         if of not in (self._colours or [of]) if isinstance(of, str) else not 0 <= of <= 8:
             raise ValueError(f"legend of {of!r}: must be an LED, 0 to 8, or one of {', '.join(self._colours or [])}")
@@ -122,15 +148,41 @@ class Showing:
         self._draw("circle", at, colour, filled, dashed, label, float(radius))
 
     def polygon(self, corners: ArrayLike, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
-        """Shown as circle() is. `corners`: (n, 2) in metres of this arena."""
+        """Shows a polygon, as circle() does.
+
+        Parameters
+        ----------
+        corners
+            (n, 2) metres of this arena.
+        colour, filled, dashed, label
+            As of circle().
+        """
         self._draw("polygon", corners, colour, filled, dashed, label)
 
     def line(self, points: ArrayLike, colour: str = "note", dashed: bool = False, label: str = "") -> None:
-        """Shown as circle() is. `points`: (n, 2) in metres of this arena."""
+        """Shows a line through points, as circle() does.
+
+        Parameters
+        ----------
+        points
+            (n, 2) metres of this arena.
+        colour, dashed, label
+            As of circle().
+        """
         self._draw("line", points, colour, False, dashed, label)
 
     def text(self, at: ArrayLike, text: str, colour: str = "note") -> None:
-        """Shown as circle() is, in the middle of `at`: (2) in metres of this arena."""
+        """Shows a text, as circle() does.
+
+        Parameters
+        ----------
+        at
+            (2) metres of this arena: the middle of the text.
+        text
+            One line.
+        colour
+            As of circle().
+        """
         self._draw("text", at, colour, False, False, text)
 
     def raster(self, corner: ArrayLike, cell: float, values: ArrayLike, heading: float = 0.0, colour: str = "pheromone", label: str = "") -> None:
@@ -148,6 +200,11 @@ class Showing:
             Radians from +x.
         colour, label
             As of circle().
+
+        Raises
+        ------
+        ValueError
+            If values are not (rows, columns) from 0 to 1.
         """
         values = numpy.asarray(values, dtype=float)
         if values.ndim != 2 or not numpy.isfinite(values).all() or not (0 <= values).all() or not (values <= 1).all():

@@ -2,13 +2,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Optional
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy
-from numpy.typing import ArrayLike, NDArray
 
 from .pieces import _number
 from .renamed import renamed
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 WORD = numpy.dtype([("robot", "<u4"), ("slot", "u1"), ("kind", "u1"), ("how", "u1"), ("pad", "u1"), ("value", "<u4")])
 ONCE, UNTIL_LED_CHANGES, SHOWN, NOT_SHOWN = range(4)  # WORD's `how`, as scenarios/python/python_scenario.cpp has it
