@@ -6,6 +6,8 @@
 
 #include "cli/commands.hpp"
 #if ARKMESH_CAMERAS
+#include <opencv2/core/utility.hpp>
+
 #include "testbed/devices.hpp"
 #endif
 
@@ -16,6 +18,9 @@ int whole_main(int argc, char** argv, std::vector<app::CatalogueEntry> extra_sce
     std::erase_if(app::catalogue(), [&](const app::CatalogueEntry& known) { return known.name == own.name; });
   app::catalogue().insert(app::catalogue().end(), std::make_move_iterator(extra_scenarios.begin()),
                           std::make_move_iterator(extra_scenarios.end()));
+#if ARKMESH_CAMERAS
+  cv::setNumThreads(1);  // its threads wait actively: between small steps they cost more than they do
+#endif
   std::vector<OwnCommand> own {
 #if ARKMESH_CAMERAS
     // the first of a name counts

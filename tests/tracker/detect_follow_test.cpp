@@ -114,6 +114,33 @@ TEST_CASE("the size is remembered") {
   CHECK(*detector.diameter_px() == doctest::Approx(22.5).epsilon(0.03));
 }
 
+TEST_CASE("searches of an unchanged picture miss nothing that comes") {
+  // Proves: however often the same was seen before, a robot more is found by the next search, also where another left;
+  // and what is seen stays the same meanwhile.
+  const Scene scene = real_scenes()[2];
+  const auto without = [&](std::size_t gone) {
+    Scene less = scene;
+    less.bgr = scene.bgr.clone();
+    const TrueRobot& robot = scene.robots[gone];
+    const cv::Point at(cvRound(robot.x_px), cvRound(robot.y_px));
+    cv::circle(less.bgr, at, cvRound(1.2 * robot.r_px), cv::mean(scene.bgr), cv::FILLED);
+    less.robots.erase(less.robots.begin() + static_cast<std::ptrdiff_t>(gone));
+    return less;
+  };
+  const Scene first = without(3), second = without(9);
+  for (int before = 1; before < 9; ++before) {
+    CAPTURE(before);
+    tracker::Detector detector;
+    for (int i = 0; i < before; ++i) {
+      const Score seen = score(detector.search(first.bgr), first.robots);
+      CHECK(seen.recall() == 1.0);
+      CHECK(seen.precision() == 1.0);
+    }
+    CHECK(score(detector.search(before % 2 ? scene.bgr : second.bgr), before % 2 ? scene.robots : second.robots)
+              .recall() == 1.0);
+  }
+}
+
 TEST_CASE("the same picture gives the same robots") {
   // Proves: results do not depend on what was looked at before or on chance.
   const Scene scene = real_scenes()[5];

@@ -26,6 +26,8 @@ class BodySearch {
   // Searches at neighbouring sizes together: near a limit each alone may miss a robot, and what only one finds is
   // mostly none.
   std::vector<Candidate> about_diameter(const cv::Mat& bgr, double diameter_px);
+  // At one size alone.
+  std::vector<Candidate> at_diameter(const cv::Mat& bgr, double diameter_px);
   // The robot nearest to an expected place, if one is within its reach.
   std::optional<Candidate> near(const cv::Mat& bgr, const Expected& place);
   std::optional<CircleFit> fit(const cv::Mat& bgr, const Circle& guess, double range, bool darker) {
@@ -47,7 +49,6 @@ class BodySearch {
   std::optional<double> find_diameter(const cv::Mat& bgr);
   // Whether a circle is a coin cell's: board round it, and arena round that. Grey levels of the picture looked at last.
   bool in_dark_ring(const Circle& circle) const;
-  std::vector<Candidate> at_diameter(const cv::Mat& bgr, double diameter_px);
   void object(const Circle& circle, double confidence, const char* objection);
   // The weakest edge of the shrunk picture that may vote, in grey levels a pixel.
   double min_step() const;

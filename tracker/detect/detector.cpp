@@ -12,6 +12,7 @@
 #include "tracker/detect/candidate.hpp"
 #include "tracker/detect/led_neighbours.hpp"
 #include "tracker/detect/led_spot.hpp"
+#include "tracker/detect/median.hpp"
 #include "tracker/detect/search_net.hpp"
 #include "tracker/detect/white_balance.hpp"
 
@@ -24,7 +25,7 @@ constexpr double surely_seen = 0.7;         // confidence in what only the net h
 constexpr double least_likeness = 0.5;      // of that: plain discs and rings have none
 constexpr double fewest_of_own = 3;         // beyond doubt, where nothing else was found
 constexpr std::size_t max_sizes = 6;        // that are looked at closely, of those that the net sees
-constexpr int ask_every = 3;                // searches of a camera that find as many as before
+constexpr int whole_every = 6;              // searches of a camera in which nothing has changed
 constexpr std::size_t max_objections = 60;  // that an explanation holds
 
 // Whether a picture has no colour where its robots are: a monochrome camera's.
@@ -51,30 +52,18 @@ class Detector::Search {
 
   std::vector<Detection> search(const cv::Mat& bgr) {
     bodies_.begin(noise_of(bgr));
-    net_.look_at(bgr);
-    std::vector<Candidate> robots;
-    if (settings_.diameter_px) {
-      robots = bodies_.about_diameter(bgr, *settings_.diameter_px);
-      if (settings_.diameter_told) {
-        // Told by a person, who may be a little wrong: what is found without it counts, too.
-        std::vector<Candidate> untold = with_second_opinion(bgr, bodies_.of_any_diameter(bgr), true);
-        std::erase_if(untold, [&](const Candidate& one) {
-          return std::abs(2 * one.circle_fit.circle.r_px / *settings_.diameter_px - 1) >
-                 1.5 * settings_.diameter_tolerance;
-        });
-        robots = BodySearch::united(bgr, {robots, untold});
-      }
-      return with_leds(bgr, asked_now_and_then(bgr, std::move(robots), false));
-    }
-    if (diameter_px_) robots = bodies_.about_diameter(bgr, *diameter_px_);
-    if (robots.empty()) diameter_px_.reset(), robots = bodies_.of_any_diameter(bgr);
-    robots = asked_now_and_then(bgr, std::move(robots), true);
+    std::vector<Candidate> robots = unchanged(bgr);
+    if (robots.empty()) robots = searched(bgr);
+    before_.clear();
+    for (const Candidate& one : robots) before_.push_back(one.circle_fit.circle);
     // Three that agree are worth remembering; cameras are refocused and tables tilted, so it drifts along.
-    if (robots.size() < 3)
-      diameter_px_.reset();
-    else
-      diameter_px_ = diameter_px_ ? *diameter_px_ + 0.3 * (2 * BodySearch::median_r_px(robots) - *diameter_px_)
-                                  : 2 * BodySearch::median_r_px(robots);
+    if (!settings_.diameter_px) {
+      if (robots.size() < 3)
+        diameter_px_.reset();
+      else
+        diameter_px_ = diameter_px_ ? *diameter_px_ + 0.3 * (2 * BodySearch::median_r_px(robots) - *diameter_px_)
+                                    : 2 * BodySearch::median_r_px(robots);
+    }
     return with_leds(bgr, robots);
   }
 
@@ -118,6 +107,7 @@ class Detector::Search {
   std::vector<Detection> search(const cv::Mat& bgr, Explanation& explanation) {
     explanation = {};
     bodies_.explain(&explanation);
+    before_.clear();
     std::vector<Detection> robots = search(bgr);
     bodies_.explain(nullptr);
     auto& others = explanation.not_found;
@@ -171,13 +161,42 @@ class Detector::Search {
     return std::hypot(a.x_px - b.x_px, a.y_px - b.y_px) < within_px;
   }
 
-  // While nothing changes the net is asked more rarely: what it alone has seen is followed.
-  std::vector<Candidate> asked_now_and_then(const cv::Mat& bgr, std::vector<Candidate> robots, bool any_size) {
-    const bool as_before = !robots.empty() && robots.size() == found_before_;
-    found_before_ = robots.size();
-    if (as_before && ++since_asked_ < ask_every) return robots;
-    since_asked_ = 0;
-    return with_second_opinion(bgr, std::move(robots), any_size);
+  // While nothing changes, one size is enough, and the net is not asked: as many robots as before, each where one was.
+  // Else nothing.
+  std::vector<Candidate> unchanged(const cv::Mat& bgr) {
+    if (before_.size() < 3 || ++since_whole_ >= whole_every) return {};
+    std::vector<double> radii;
+    for (const Circle& one : before_) radii.push_back(one.r_px);
+    const double diameter_px = 2 * median(std::move(radii)), near_px = 0.75 * diameter_px;
+    std::vector<Candidate> robots = bodies_.at_diameter(bgr, diameter_px);
+    Places places(near_px, bgr.cols, bgr.rows);
+    for (const Circle& one : before_) places.add(one);
+    const bool same = robots.size() == before_.size() && std::ranges::all_of(robots, [&](const Candidate& one) {
+                        return places.taken(one.circle_fit.circle, near_px);
+                      });
+    return same ? robots : std::vector<Candidate>{};
+  }
+
+  std::vector<Candidate> searched(const cv::Mat& bgr) {
+    since_whole_ = 0;
+    net_.look_at(bgr);
+    std::vector<Candidate> robots;
+    if (settings_.diameter_px) {
+      robots = bodies_.about_diameter(bgr, *settings_.diameter_px);
+      if (settings_.diameter_told) {
+        // Told by a person, who may be a little wrong: what is found without it counts, too.
+        std::vector<Candidate> untold = with_second_opinion(bgr, bodies_.of_any_diameter(bgr), true);
+        std::erase_if(untold, [&](const Candidate& one) {
+          return std::abs(2 * one.circle_fit.circle.r_px / *settings_.diameter_px - 1) >
+                 1.5 * settings_.diameter_tolerance;
+        });
+        robots = BodySearch::united(bgr, {robots, untold});
+      }
+      return with_second_opinion(bgr, std::move(robots), false);
+    }
+    if (diameter_px_) robots = bodies_.about_diameter(bgr, *diameter_px_);
+    if (robots.empty()) diameter_px_.reset(), robots = bodies_.of_any_diameter(bgr);
+    return with_second_opinion(bgr, std::move(robots), true);
   }
 
   // The trained net's opinion: adds robots of the others' size; where it sees less than half of what was found, or
@@ -275,8 +294,8 @@ class Detector::Search {
   BodySearch bodies_;
   SearchNet net_;
   std::vector<NetFind> finds_;
-  std::size_t found_before_ = 0;  // by rules alone, in the last search
-  int since_asked_ = 0;           // searches
+  std::vector<Circle> before_;  // what the last search found
+  int since_whole_ = 0;         // searches
 };
 
 Detector::Detector(const DetectorSettings& settings) : search_(std::make_unique<Search>(settings)) {}

@@ -1,6 +1,6 @@
 // Finds robots in one picture by what is physical about them: a round board whose outer edge has one size throughout a
-// view, a dark ring round a paler coin cell, one LED near the edge. Knows neither ids nor the arena; remembers nothing
-// of a picture but the robots' size.
+// view, a dark ring round a paler coin cell, one LED near the edge. Knows neither ids nor the arena; remembers of a
+// picture only the robots' size, and where the last search found some.
 #pragma once
 
 #include <memory>

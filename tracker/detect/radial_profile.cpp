@@ -24,16 +24,18 @@ template <std::size_t Most>
 class Greys {
  public:
   void add(float value) { values_[count_++] = value; }
-  // The value that this part of the others lies below; 0 of none.
+  // The value that this part of the others lies below; 0 of none. Asked for growing parts: what lies below is in order.
   float at(double part) {
     if (count_ == 0) return 0;
     const auto place = values_.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(count_ - 1) + 0.5);
-    std::nth_element(values_.begin(), place, end());
+    std::nth_element(values_.begin() + below_, place, end());
+    below_ = place - values_.begin();
     return *place;
   }
   float deviation() {
     const float usual = at(0.5);
     for (auto value = values_.begin(); value != end(); ++value) *value = std::abs(*value - usual);
+    below_ = 0;
     return at(0.5);
   }
 
@@ -41,6 +43,7 @@ class Greys {
   typename std::array<float, Most>::iterator end() { return values_.begin() + static_cast<std::ptrdiff_t>(count_); }
   std::array<float, Most> values_;
   std::size_t count_ = 0;
+  std::ptrdiff_t below_ = 0;
 };
 
 }  // namespace
@@ -74,8 +77,9 @@ RadialProfile radial_profile(const ShrunkPicture& patch, float x, float y, float
   }
   // Median deviation: a glint or an LED alone does not count.
   profile.activity = within.deviation();
+  const float coin_low = coin.at(0.1);
   profile.coin = coin.at(0.5);
-  profile.coin_spread = coin.at(0.9) - coin.at(0.1);
+  profile.coin_spread = coin.at(0.9) - coin_low;
   profile.board_low = board.at(0.1), profile.board = board.at(0.5), profile.board_high = board.at(0.9);
   profile.outside_low = outside.at(0.1), profile.outside_high = outside.at(0.9);
   return profile;
