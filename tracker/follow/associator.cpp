@@ -19,7 +19,9 @@ constexpr float certain_led = 0.5f;            // colours less certain than this
 constexpr std::uint32_t settled_after = 10;    // observations: from then on motion is expected to be known
 constexpr double noise_step = 0.01;            // a look moves what is learnt of LEDs' noise by so much of it
 constexpr double min_led_noise = 0.15, max_led_noise = 4;  // in parts of the stated one
-constexpr double walks_m_s = 0.002;                        // who stands shows the same error again and again
+// Who is who must bear more than noise: pushes, and starts, of which the path grows with time.
+constexpr double push_m = 0.0006, start_m2_s3 = 1.7e-4;
+constexpr double walks_m_s = 0.002;  // who stands shows the same error again and again
 
 double seconds(hal::LabTime t) {
   return static_cast<double>(t.count()) * 1e-6;
@@ -78,6 +80,11 @@ bool Associator::touches(TrackNumber track) const {
   return at != followed_.end() && at->touching;
 }
 
+double Associator::off_variance_m2(const Followed& followed, const FusedObservation& seen, hal::LabTime now) {
+  const double sigma = followed.motion.place_sigma_m(), unseen_s = seconds(now - followed.last_seen);
+  return sigma * sigma + seen.sigma_m * seen.sigma_m + push_m * push_m + start_m2_s3 * std::pow(unseen_s, 3);
+}
+
 // How much likelier it is that the track was seen there than that it was missed and a stranger came: logarithm of the
 // ratio. The motion model's bell curve stands on a low plateau as wide as the reach, for robots that were pushed.
 double Associator::gain(const Followed& followed, const FusedObservation& seen, hal::LabTime now) const {
@@ -85,7 +92,7 @@ double Associator::gain(const Followed& followed, const FusedObservation& seen, 
   const double off_x = seen.x_m - at.x_m, off_y = seen.y_m - at.y_m, square = off_x * off_x + off_y * off_y;
   const double reach = reach_m(followed, now);
   if (square > reach * reach) return 0;
-  const double sigma = followed.motion.place_sigma_m(), variance = sigma * sigma + seen.sigma_m * seen.sigma_m;
+  const double variance = off_variance_m2(followed, seen, now);
   const double bell = std::exp(-square / (2 * variance)) / (2 * std::numbers::pi * variance);
   const double density = (1 - jump_probability) * bell + jump_probability / (std::numbers::pi * reach * reach);
   // One that has been out of sight for a while is likely to stay so.
@@ -163,7 +170,7 @@ void Associator::meet(Followed& followed, const FusedObservation& seen, hal::Lab
   const bool settled = followed.times_seen >= settled_after;
   const hal::Pose at = followed.motion.pose();
   const double off_m = std::hypot(seen.x_m - at.x_m, seen.y_m - at.y_m);
-  const double expected_m = 5 * std::hypot(followed.motion.place_sigma_m(), seen.sigma_m);
+  const double expected_m = 5 * std::sqrt(off_variance_m2(followed, seen, now));
   if (off_m > std::max(expected_m, settings_.diameter_m / 8)) {
     followed.motion.jump(seen.x_m, seen.y_m, seen.sigma_m);
     followed.jumped = true;

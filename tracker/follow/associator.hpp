@@ -99,6 +99,8 @@ class Associator {
   void find_touching();
   double reach_m(const Followed& followed, hal::LabTime now) const;
   std::vector<Pairing> possible_pairs(hal::LabTime now, std::span<const FusedObservation> seen) const;
+  // How far off it may be seen, along an axis.
+  static double off_variance_m2(const Followed& followed, const FusedObservation& seen, hal::LabTime now);
   double gain(const Followed& followed, const FusedObservation& seen, hal::LabTime now) const;
   void suspect_ambiguous(std::span<const Pairing> possible, std::span<const std::int32_t> seen_by);
   void doubt(Followed& followed);

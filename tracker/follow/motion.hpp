@@ -21,16 +21,18 @@ struct Unexplained {
 };
 
 // Of robots whose LED tells the heading, the values are those that make what is seen likeliest in a film of real robots
-// and of 100 emulated ones: motion_noise SECONDS --fit finds them again; half or twice any of them is less likely.
+// and of 100 emulated ones (motion_noise SECONDS --fit finds them again), but of speed and turn four times those: with
+// the likeliest, starts and stops are followed too late under several cameras by turns (centres 0.25 mm RMS instead of
+// 0.22, headings 0.69 degrees instead of 0.64).
 // Dark robots' are set by hand: places alone do not tell how far a held robot turns, and with the values that are
 // likeliest for the places of emulated ones ({7.5e-6, 0.02, 2e-7}) headings are twice as wrong, as starts of turns are
 // followed too late.
 struct MotionSettings {
   double rear_axle_m = not_given;  // how far the body's centre is ahead of the line between the rear legs
-  Unexplained lit{6.5e-6, 0.07, 1.2e-7, 0.0012};
+  Unexplained lit{2.6e-5, 0.28, 1.2e-7, 0.0012};
   Unexplained dark{5e-4, 3.2, 3e-6, 0.0025};
   // The same of a robot that touches another or a wall, which hold and turn it.
-  Unexplained touching_lit{6.5e-6, 0.07, 2.5e-7, 0.007};
+  Unexplained touching_lit{2.6e-5, 0.28, 2.5e-7, 0.007};
   Unexplained touching_dark{5e-4, 3.2, 1e-5, 0.3};
 };
 
