@@ -42,9 +42,9 @@ class Lab:
             raise Refused(f"{log} holds no complete period yet; nothing to draw.")
         self.arena, self.view = read_log.decode(arena), read_log.decode(chosen)
         self.overlay = read_log.decode(overlay) if overlay else None  # None of another version's, too
-        self.name = self.arena.lab
         if self.arena is None or self.view is None:
             raise Refused(f"{log} is from another version of arkmesh; draw it with the version that recorded it.")
+        self.name = self.arena.lab
         self.body_radius_m = self.arena.body_radius_m
         self.bodies_m = {}  # of other labs' robots, where their labs are known
         config = folder / "config.toml"

@@ -167,6 +167,15 @@ class Scripts(unittest.TestCase):
         refused = script("plot", self.run_dir)
         self.assertEqual((refused.returncode, "holds no complete period" in refused.stderr, "Traceback" in refused.stderr), (1, True, False))
 
+    def test_plot_of_another_version(self):
+        """A log whose arena has a layout of another version is refused with a sentence."""
+        known = next(fingerprint for fingerprint, cls in read_log.types().items() if cls.__name__ == "arena_info_t")
+        whole = self.log.read_bytes()
+        self.assertIn(known, whole)
+        self.log.write_bytes(whole.replace(known, bytes(8)))
+        refused = script("plot", self.run_dir)
+        self.assertEqual((refused.returncode, "is from another version of arkmesh" in refused.stderr, "Traceback" in refused.stderr), (1, True, False), refused.stderr)
+
     def test_plot_of_another_scenario(self):
         """Without sites and tasks the robots are drawn alone; with the overlay that a scenario shows, and with the swarms of CRE over time."""
         for lab in run_folder.LABS:
