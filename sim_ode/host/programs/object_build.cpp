@@ -8,12 +8,15 @@
 #include <initializer_list>
 #include <iterator>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "hal/child_process.hpp"
 #include "hal/files/own_files.hpp"
+#include "sim_ode/host/programs/program_inputs.hpp"
 #include "sim_ode/host/programs/robot_types.hpp"
 
 namespace arkmesh::sim_ode {
@@ -277,7 +280,7 @@ void ObjectBuild::run() {
     more_headers_ = more_headers;
     if (pc_types) pc_types_option_ = "-DARKMESH_PC_TYPES=" + c_string(of_robot_types);
     try {
-      if (!pc_types || asks_for_pc_types) expand();
+      if ((!pc_types || asks_for_pc_types) && !std::exchange(is_expanded_, false)) expand();
       build(waits_for_memory_ || plain_clock ? counting_options : std::vector<std::string>());
       return;
     } catch (const TooLong&) {
@@ -290,27 +293,42 @@ void ObjectBuild::run() {
   throw ProgramError(of_pc_types + lies_elsewhere(program_, of_pc_types));
 }
 
-std::vector<std::string> ObjectBuild::recipe(const ReadProgram& program) {
-  const fs::path kilolib = kilolib_folder();
+std::vector<std::string> ObjectBuild::decided_by() {
   // of the order of steps in run(), which no option shows: to be counted up when it changes
-  std::vector<std::string> all = {"5"};
-  for (const ReadProgram::File& file : program.files)
-    std::ranges::move(language(program, file.path, kilolib, firmware_folder()), std::back_inserter(all));
-  for (const auto& part : {counting_options, {plain_clock_option}, link_options(kilolib)})
+  std::vector<std::string> all = {"6"};
+  for (const auto& [source, text] : program_.files) {
+    all.insert(all.end(), {source.string(), text});
+    std::ranges::move(language(program_, source, kilolib_, firmware_), std::back_inserter(all));
+  }
+  for (const auto& part : {counting_options, {plain_clock_option}, link_options(kilolib_)})
     all.insert(all.end(), part.begin(), part.end());
+  try {
+    expand();
+  } catch (const ProgramError&) {
+    return {};
+  }
+  is_expanded_ = true;
+  std::set<std::string> read;
+  for (const Part& part : parts_) {
+    std::string text = read_source(part.copy.parent_path() / "expanded.i");
+    for (const std::string& file : files_in(text))
+      if (!file.starts_with(work_.string())) read.insert(file);
+    for (std::size_t at; (at = text.find(work_.string())) != std::string::npos;) text.erase(at, work_.string().size());
+    all.push_back(std::move(text));
+  }
+  for (const fs::path& folder : {kilolib_, firmware_})
+    for (const auto& entry : fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied))
+      if (entry.is_regular_file()) read.insert(entry.path().string());
+  for (const std::string& file : read) all.insert(all.end(), {file, content_of(file)});
+  // they stand for the moment of compiling, or for a file that only the assembler reads
+  for (const std::string& text : all)
+    for (const char* word : {"__DATE__", "__TIME__", "__TIMESTAMP__", "incbin"})
+      if (text.find(word) != std::string::npos) return {};
   return all;
-}
-
-std::vector<fs::path> ObjectBuild::compiled() const {
-  std::vector<fs::path> files = library_sources(kilolib_);
-  for (const Part& part : parts_) files.push_back(part.copy);
-  return files;
 }
 
 void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>& more) const {
   std::vector<std::string> command = {"env", "TMPDIR=" + work_.string()};  // what a killed compiler leaves is there
-  // the variable's value ends at a blank
-  if (rules().string().find(' ') == std::string::npos) command.push_back("SUNPRO_DEPENDENCIES=" + rules().string());
   for (const auto& part : {language(program_, source, kilolib_, firmware_), more})
     command.insert(command.end(), part.begin(), part.end());
   if (plain_clock_) command.push_back(plain_clock_option);

@@ -30,15 +30,11 @@ class ObjectBuild {
   // Makes the object. Throws ProgramError with the compiler's first error.
   void run();
 
-  // All that the compiler is told, but for the program's texts and the names of temporary files.
-  static std::vector<std::string> recipe(const ReadProgram& program);
-  // In `work`: the object's file, and rules that name all headers that were read, as compilers write them for make; the
-  // latter is missing where the folder's name has blanks.
+  // All that decides the object: what the compiler is told, the program preprocessed, and what the files say that it
+  // has read for that. Empty when it depends on the moment, or cannot be preprocessed.
+  std::vector<std::string> decided_by();
+  // In `work`.
   const std::filesystem::path& object() const { return object_; }
-  std::filesystem::path rules() const { return work_ / "read.d"; }
-  // The C files: the program's copies and the library's.
-  std::vector<std::filesystem::path> compiled() const;
-  const std::filesystem::path& work() const { return work_; }
 
  private:
   struct Part {
@@ -59,6 +55,7 @@ class ObjectBuild {
   const std::filesystem::path object_;
   const std::chrono::steady_clock::time_point deadline_;
   const std::chrono::milliseconds limit_;
+  bool is_expanded_ = false;  // as run() begins
   bool plain_clock_ = false, more_headers_ = false, waits_for_memory_ = false;
   std::string pc_types_option_;  // empty: a robot's types
 };

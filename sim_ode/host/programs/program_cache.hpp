@@ -4,11 +4,8 @@
 #pragma once
 
 #include <cstdint>
-#include <ctime>
 #include <filesystem>
 #include <optional>
-#include <set>
-#include <string>
 
 #include "sim_ode/host/programs/object_build.hpp"
 
@@ -23,24 +20,18 @@ class ProgramCache {
   // is no home. Throws ProgramError when ARKMESH_CACHE is anything else.
   static std::filesystem::path folder_of_user();
 
-  // Of one program, which outlives this, as it is compiled now. An empty folder keeps nothing.
-  ProgramCache(std::filesystem::path folder, const ReadProgram& program);
+  // Of one program that is not compiled yet; the build outlives this. An empty folder keeps nothing.
+  ProgramCache(std::filesystem::path folder, ObjectBuild& build);
 
   // The object's file, whole and to be loaded as it is; it may vanish at any time.
   std::optional<std::filesystem::path> find() const;
-  // Keeps what `build` has made, unless it depends on the moment. A folder that cannot be written is told once.
-  void keep(const ObjectBuild& build, std::uintmax_t most = most_bytes) const;
+  // Keeps what the build has made, unless it depends on the moment. A folder that cannot be written is told once.
+  void keep(std::uintmax_t most = most_bytes) const;
 
  private:
-  // The hash of everything that decides but for what is included.
-  std::string key() const;
-  std::filesystem::path inputs_file() const { return folder_ / (key_ + ".inputs"); }
-  std::filesystem::path object_file(const std::set<std::string>& inputs) const;
-
   std::filesystem::path folder_;
-  const ReadProgram& program_;
-  std::string key_;
-  timespec begin_{};  // of the building
+  const ObjectBuild& build_;
+  std::filesystem::path object_;  // empty: nothing is kept
 };
 
 }  // namespace arkmesh::sim_ode

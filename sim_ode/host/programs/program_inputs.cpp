@@ -11,9 +11,6 @@
 namespace arkmesh::sim_ode {
 namespace {
 
-// A compiler looks here before it looks in the system's own folder.
-constexpr const char* local_headers = "/usr/local/include";
-
 std::size_t skip_blanks(std::string_view text, std::size_t at) {
   while (at < text.size() && (text[at] == ' ' || text[at] == '\t' || text[at] == '(')) ++at;
   return at;
@@ -64,17 +61,16 @@ std::vector<std::string> paths_in_rules(const std::string& rules) {
   return paths;
 }
 
-std::vector<Included> names_included(const std::string& text) {
-  std::vector<Included> names;
+std::vector<std::string> names_included(const std::string& text) {
+  std::vector<std::string> names;
   for (std::size_t at = 0; (at = text.find("include", at)) != std::string::npos;) {
     at += std::string_view("include").size();
     if (std::string_view(text).substr(at).starts_with("_next")) at += std::string_view("_next").size();
     const std::size_t open = skip_blanks(text, at);
     if (open >= text.size() || (text[open] != '"' && text[open] != '<')) continue;
-    const bool quoted = text[open] == '"';
-    const std::size_t close = text.find_first_of(quoted ? "\"\n" : ">\n", open + 1);
+    const std::size_t close = text.find_first_of(text[open] == '"' ? "\"\n" : ">\n", open + 1);
     if (close == std::string::npos || text[close] == '\n' || close == open + 1) continue;
-    names.push_back({text.substr(open + 1, close - open - 1), quoted});
+    names.push_back(text.substr(open + 1, close - open - 1));
     at = close;
   }
   return names;
@@ -88,27 +84,15 @@ std::vector<std::filesystem::path> files_with_headers(const ProgramSources& prog
   for (std::size_t i = 0; i < out.size(); ++i) {
     std::vector<std::filesystem::path> places = folders;
     places.push_back(out[i].parent_path());
-    for (const Included& included : names_included(content_of(out[i]) + "\n" + macros))
+    for (const std::string& included : names_included(content_of(out[i]) + "\n" + macros))
       for (const std::filesystem::path& place : places) {
-        const std::filesystem::path file = std::filesystem::absolute(place / included.name).lexically_normal();
+        const std::filesystem::path file = std::filesystem::absolute(place / included).lexically_normal();
         std::error_code ignored;
         if (std::filesystem::is_regular_file(file, ignored) && std::ranges::find(out, file) == out.end())
           out.push_back(file);
       }
   }
   return out;
-}
-
-std::set<std::string> inputs_of(const std::vector<std::string>& read,
-                                const std::vector<std::filesystem::path>& folders) {
-  std::set<std::string> inputs(read.begin(), read.end());
-  for (const std::string& reader : std::set<std::string>(inputs))
-    for (const Included& included : names_included(content_of(reader))) {
-      for (const std::filesystem::path& folder : folders) inputs.insert((folder / included.name).string());
-      inputs.insert((local_headers / std::filesystem::path(included.name)).string());
-      if (included.quoted) inputs.insert((std::filesystem::path(reader).parent_path() / included.name).string());
-    }
-  return inputs;
 }
 
 }  // namespace arkmesh::sim_ode

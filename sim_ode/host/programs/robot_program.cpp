@@ -60,13 +60,13 @@ std::shared_ptr<const RobotProgram> RobotProgram::load(const ProgramSources& sou
     loaded_programs()[key] = program;
     return program;
   }
-  const ProgramCache cache(ProgramCache::folder_of_user(), read);
+  const hal::ScratchFolder work("controller");
+  ObjectBuild build(read, work.path());
+  const ProgramCache cache(ProgramCache::folder_of_user(), build);
   if (!program->load_kept(cache)) {
-    const hal::ScratchFolder work("controller");
-    ObjectBuild build(read, work.path());
     build.run();
     program->load_object(build.object());
-    cache.keep(build);
+    cache.keep();
   }
   loaded_programs()[key] = program;
   return program;
