@@ -1,7 +1,6 @@
 """Runs of CRE over many seeds, and what they say: for the scripts beside it."""
 import csv
 import math
-import statistics
 import subprocess
 import sys
 import tempfile

@@ -8,7 +8,6 @@ import os
 import pathlib
 import statistics
 import subprocess
-import sys
 import time
 
 from lab_processes import PROGRAM, ROOT, Failed

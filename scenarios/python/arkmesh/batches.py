@@ -5,7 +5,6 @@ import collections.abc
 import pathlib
 from typing import Any, Iterator, Optional, Union
 
-import numpy
 from numpy.typing import NDArray
 
 from .recorded import PathLike, Run, _drawing, _library, _saved, read_table

@@ -5,7 +5,7 @@ import hashlib
 import math
 import pathlib
 import re
-from typing import TYPE_CHECKING, Any, Optional, Sequence, TypeVar
+from typing import TYPE_CHECKING, Optional, Sequence, TypeVar
 
 import numpy
 
