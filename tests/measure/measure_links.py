@@ -8,10 +8,11 @@ import pathlib
 import re
 import resource
 import subprocess
+import threading
 import time
 import urllib.request
 
-from joined_networks import join_by_tls, joined_networks, make_keys, start_nats_server
+from joined_networks import call, join_by_tls, joined_networks, make_keys, start_nats_server
 from lab_bus import BusEar, Talkers
 from lab_processes import Failed, LabProcesses, end_all
 
@@ -235,5 +236,40 @@ def links_idle(bench):
     return met, f"{resident:.1f} MB resident, {private:.1f} MB private, {cpu:.2f} % of a core", "18 MB, 5 MB, 0.5 %"
 
 
-MEASURES = [links_mesh_tcp, links_mesh_tls, links_poses, links_idle]
-NOT_JUDGED_SHORT = set()
+def flap(words, ended):
+    """Cuts the cable for 0.2 s of each 0.6 s, and for 5 s of each minute, which breaks the link; until it is told to end."""
+    begin = time.monotonic()
+    while not ended.is_set():
+        long = (time.monotonic() - begin) % 60 < 5
+        call(*words, "ip", "link", "set", "cable", "down")
+        ended.wait(5 if long else 0.2)
+        call(*words, "ip", "link", "set", "cable", "up")
+        ended.wait(0.4)
+
+
+def links_soak(bench):
+    """Half an hour of cuts between two labs that say poses of 100 robots ten times a second: how gateways' resident memory changes after five minutes."""
+    with pair(bench) as (enter, running, labs):
+        talkers, ended, rows, begin = Talkers(labs, 100, enter=enter), threading.Event(), [], time.monotonic()
+        talkers.until_joined()
+        flapping = threading.Thread(target=flap, args=(enter["shark"], ended), daemon=True)
+        flapping.start()
+        try:
+            for _ in range(30):
+                talkers.talk(60)
+                rows.append([memory_mb(process)[0] for process in running.values()])
+                came = sum(map(len, talkers.came.values()))
+                print(f"  minute {len(rows)}: {', '.join(f'{lab} {mb:.2f} MB' for lab, mb in zip(running, rows[-1]))}, {came} messages came", flush=True)
+                if came == 0:
+                    raise Failed("nothing has crossed for a minute")
+                for way in talkers.came.values():
+                    way.clear()
+        finally:
+            ended.set()
+            flapping.join()
+    changes = [100 * (last / first - 1) for first, last in zip(rows[4], rows[-1])]
+    return max(map(abs, changes)) < 2, f"{', '.join(f'{change:+.2f} %' for change in changes)} in {(time.monotonic() - begin) / 60:.0f} min", "within 2 %"
+
+
+MEASURES = [links_mesh_tcp, links_mesh_tls, links_poses, links_idle, links_soak]
+NOT_JUDGED_SHORT = {links_soak}
