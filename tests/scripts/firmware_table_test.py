@@ -1,4 +1,4 @@
-"""scripts/firmware_table: what it says to an emulator of the robot, and what it makes of the answers. The emulator and the kilolib are stand-ins."""
+"""tests/firmware/firmware_table: what it says to an emulator of the robot, and what it makes of the answers. The emulator and the kilolib are stand-ins."""
 import importlib.machinery
 import importlib.util
 import pathlib
@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SCRIPT = ROOT / "scripts/firmware_table"
+SCRIPT = ROOT / "tests/firmware/firmware_table"
 KILOLIB = ROOT / "tests/data/stand_in_kilolib"
 
 loader = importlib.machinery.SourceFileLoader("firmware_table", str(SCRIPT))

@@ -1,4 +1,5 @@
-// The rows of firmware_table.txt, run by the simulator. scripts/firmware_table runs the same rows on a real kilolib.
+// The rows of firmware_table.txt, run by the simulator. tests/firmware/firmware_table runs the same rows on a real
+// kilolib.
 #include <fmt/format.h>
 
 #include <fstream>

@@ -1,4 +1,4 @@
-/* One Kilobot's processor in simavr, for scripts/firmware_table: light comes in, motors and LED are looked at. Knows
+/* One Kilobot's processor in simavr, for tests/firmware/firmware_table: light comes in, motors and LED are looked at. Knows
    nothing of messages. Called with PROGRAM.bin, BOOT.bin or -, and the addresses of the program's two counters.
 
    Lines of the standard input:
