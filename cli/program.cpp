@@ -136,8 +136,6 @@ int parse(CLI::App& app, int argc, char** argv) {
 }
 
 int run(int argc, char** argv) {
-  if (argc > 1 && argv[1] == std::string_view("room"))
-    throw hal::ConfigError("the command room is now called emulator: arkmesh emulator");
   for (int i = 1; i < argc; ++i) {
     const CommandRow* const row = find_command(argv[i]);
     if (!row) continue;

@@ -14,7 +14,6 @@
 
 #include "hal/config/config_state.hpp"
 #include "hal/config/near_key.hpp"
-#include "hal/config/renamed_keys.hpp"
 #include "hal/config/without_secrets.hpp"
 #include "hal/files/own_files.hpp"
 
@@ -93,17 +92,6 @@ fs::path resolved(const fs::path& written, const toml::source_region& place) {
   std::error_code error;
   const fs::path followed = (fs::weakly_canonical(folder, error) / written).lexically_normal();
   return fs::exists(named, error) || !fs::exists(followed, error) ? named : followed;
-}
-
-// What a key is called today; empty when it was never called otherwise.
-std::string renamed(std::string_view key) {
-  std::string_view before, now;
-  for (const RenamedKey& one : renamed_keys) {
-    const std::string_view old = one.before;
-    const bool fits = key.starts_with(old) && (key.size() == old.size() || key[old.size()] == '.');
-    if (fits && old.size() >= before.size()) before = old, now = one.now;
-  }
-  return now.empty() ? "" : fmt::format("{}{}", now, key.substr(before.size()));
 }
 
 }  // namespace
@@ -239,8 +227,6 @@ void Section::check_value(std::string_view key, const Member& member, const Fiel
     for (const std::int64_t number : **list) check(static_cast<double>(number), "each ");
   const auto* const text = std::get_if<std::string*>(&member);
   if (!text || about.one_of.empty() || std::ranges::find(about.one_of, **text) != about.one_of.end()) return;
-  for (const RenamedValue& value : renamed_values)
-    if (join(path_, key) == value.key && **text == value.before) refuse(key, fmt::format("is now \"{}\"", value.now));
   refuse(key, fmt::format("must be one of \"{}\"", fmt::join(about.one_of, "\", \"")));
 }
 
@@ -324,13 +310,8 @@ void Config::refuse_unknown(std::string_view below) const {
     return is_read && !is_left_alone;
   });
   if (unknown.empty()) return;
-  std::string key = std::get<2>(unknown.begin()->first);
+  const std::string& key = std::get<2>(unknown.begin()->first);
   const toml::node* node = unknown.begin()->second;
-  if (!renamed(key).empty()) {
-    for (; node->is_table() && node->as_table()->size() == 1; node = &node->as_table()->begin()->second)
-      key = join(key, node->as_table()->begin()->first.str());
-    throw ConfigError(fmt::format("{}: {} is now {}", to_text(node->source()), key, renamed(key)));
-  }
   const auto near = near_key(key, known);
   throw ConfigError(fmt::format("{}: unknown {} '{}'; {}", to_text(node->source()), node->is_value() ? "key" : "table",
                                 key,

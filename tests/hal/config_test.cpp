@@ -210,14 +210,6 @@ TEST_CASE("each bad value is refused in one sentence with file, line and key") {
   CHECK(refusal("[arena]\nlit = \"" + std::string(5000, 'a') + "\"").size() < 200);
 }
 
-TEST_CASE("a key that was called otherwise before is refused with its name of today") {
-  CHECK(refusal([] {
-          const Config config = Config::from_text("[arena.kilobot]\nwindow_port = 1", "a.toml");
-          config.root().section("arena").section("kilobot").get("port", std::string());
-          config.refuse_unknown();
-        }) == "a.toml:2: arena.kilobot.window_port is now view.port, that of the lab's page");
-}
-
 TEST_CASE("overrides set single keys, a bare word is a text, and errors name the override") {
   const std::string text = "[lab]\nname = \"shark\"\n[arena]\nrobots = 1\n";
   const Config config = Config::from_text(

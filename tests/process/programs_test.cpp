@@ -112,12 +112,6 @@ TEST_CASE("a program that is missing is named") {
   }
 }
 
-TEST_CASE("a command's old name answers with the new one") {
-  const Lab lab;
-  CHECK(lab.said(2, {"room", lab.file.string(), "--seconds", "1"}) ==
-        "arkmesh: the command room is now called emulator: arkmesh emulator\n");
-}
-
 TEST_CASE("an idle gateway is small") {
   const Lab lab;
   Process gateway = lab.start({"gateway", lab.file.string()});
