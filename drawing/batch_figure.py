@@ -8,21 +8,28 @@ import intervals
 from figure_style import COLOURS, Refused
 
 
+def named(name, columns):
+    """The column of that name, or the only one that ends with it behind a dot: `gain` is scenario.follow.gain, as a sweep takes it."""
+    endings = [column for column in columns if column.endswith(f".{name}")]
+    return endings[0] if name not in columns and name and len(endings) == 1 else name
+
+
 def read(folder, column, keys):
-    """Finished runs as rows, and the names of the factors."""
+    """Finished runs as rows, the names of the factors, and the columns that `column` and `keys` name."""
     file = folder / "runs.csv"
     if not file.is_file():
         raise Refused(f"{folder} holds no runs.csv; it is written when a batch ends, or by arkmesh batch FILE --gather")
     rows, names, counters = intervals.rows_of(folder)
     if "state" not in names or "seed" not in names:
         raise Refused(f"{file} is not a batch's table; arkmesh batch FILE --gather writes it again")
-    for name in [column, *keys]:
+    column, *keys = chosen = [named(name, (*names, *counters)) for name in [column, *keys]]
+    for name in chosen:
         if name not in (*names, *counters):
             near = [known for known in (*names, *counters) if name.lower() in known.lower()]
             raise Refused(f"{file} has no column {name}; " + (f"there are {', '.join(near[:5])}" if near else f"it has {', '.join(names[:12])}, ..."))
     if all(math.isnan(intervals.number(row.get(column))) for row in rows):
         raise Refused(f"{file} holds no finished run with a number in {column}")
-    return rows, names[2:names.index("seed")]
+    return rows, names[2:names.index("seed")], chosen
 
 
 def in_order(values):
@@ -54,6 +61,7 @@ def draw_lines(axes, column, samples, over, groups):
         most = axes.yaxis.get_data_interval()[1]  # where an interval ends that reaches never
         drawn = [(place, e.value, e.value - e.low, min(e.high, max(most, e.value)) - e.value) for place, e in points if math.isfinite(e.value)]
         xs, ys, *errors = zip(*drawn) if drawn else [[]] * 4
+        errors = errors if any(map(math.isfinite, errors[0])) else None  # of too few runs
         axes.errorbar(xs, ys, yerr=errors, color=colour, capsize=3, marker="o", markersize=4, label=group, linestyle="-" if are_numbers(over) else "")
     if not are_numbers(over):
         axes.set_xticks(places, over)
@@ -79,8 +87,8 @@ def draw_boxes(axes, column, samples, over, groups):
 
 def draw(folder, column, over, by="", kind="", width="page", xlabel=None, ylabel=None, title=None, axes=None):
     """Returns the axes. `kind`: "box", "line", or by what is drawn. `width` is that of a new figure, where no `axes` are given. Raises Refused."""
-    keys = [over] + ([by] if by else [])
-    rows, factors = read(folder, column, keys)
+    rows, factors, (column, *keys) = read(folder, column, [over] + ([by] if by else []))
+    over, by = (*keys, "")[:2]
     samples = {}
     for row in rows:
         samples.setdefault((row[over], row[by] if by else ""), []).append(row)

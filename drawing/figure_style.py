@@ -94,7 +94,7 @@ def whole_numbers(axis, values):
     """Ticks at whole numbers where all values are such."""
     from matplotlib.ticker import MaxNLocator
     if all(value == round(value) for value in values):
-        axis.set_major_locator(MaxNLocator(integer=True))
+        axis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
 
 
 def add_looks(parser, words=("xlabel", "ylabel", "title")):

@@ -125,6 +125,18 @@ class Tables(unittest.TestCase):
             if column == "until_half_s":
                 self.assertIn("<!-- half never -->", picture)
 
+    def test_a_setting_is_named_as_the_scenario_names_it(self):
+        """`gain` is scenario.study.gain, unless there are two of that name; three runs have no interval, and nothing is warned of."""
+        rows = [{"run": i, "setting": i // 3, "scenario.study.gain": 0.5 + i // 3, "seed": i % 3, "state": "finished", "why": "", "near": 10 * i} for i in range(6)]
+        table(self.folder / "runs.csv", rows)
+        done = self.script("plot_batch", "--column", "near", "--over", "gain", "--out", self.folder / "a.svg")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("mean, no interval; n = 3", (self.folder / "a.svg").read_text())
+        table(self.folder / "runs.csv", [{"a.gain": 1, **row} for row in rows])
+        refused = self.script("plot_batch", "--column", "near", "--over", "gain", "--out", self.folder / "a.svg")
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("has no column gain; there are a.gain, scenario.study.gain", refused.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -50,7 +50,7 @@ class Batch:
         Parameters
         ----------
         x, y
-            The setting and the column.
+            The setting and the column; of a scenario's setting its name is enough.
         by
             A setting with a line or colour for each of its values.
         kind
