@@ -7,10 +7,11 @@ import math
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle, Patch, Polygon
+from matplotlib.patheffects import withStroke
 
 from figure_style import TABLE
 
-DASHES = (0, (5, 4))
+DASHES = (0, (3.4, 3))  # a ring of 2 points shows as dashed, too
 HATCH = {"plain": None, "stripes": "////", "dots": "...", "cross": "xxx"}
 # What lies over what: robots come above shapes and below words.
 RASTERS, POLYGONS, CIRCLES, LINES, WORDS = 0.5, 1.0, 1.2, 1.4, 7.0
@@ -30,8 +31,8 @@ def shape_style(shape, ground):
 
 def words(axes, x_m, y_m, text, name, ground, **how):
     if text:
-        axes.text(x_m, y_m, text, color=look_of(name, ground)[0], fontsize=6.5, zorder=WORDS, parse_math=False, **how,
-                  bbox={"facecolor": "white" if ground == "light" else "black", "edgecolor": "none", "pad": 0.6, "alpha": 0.7})
+        axes.text(x_m, y_m, text, color=look_of(name, ground)[0], fontsize=6, zorder=WORDS, parse_math=False, **how,
+                  path_effects=[withStroke(linewidth=1.8, foreground="white" if ground == "light" else "black")])
 
 
 def raster_corner(raster, column, row):

@@ -26,8 +26,10 @@ void Cre::begin(lab::Lab& lab) {
   lab.show({.of = "series.swarms.south", .words = "flying, committed south", .unit = "robots", .curve = true});
   lab.show({.of = "series.swarms.ground_south", .words = "ground, in the south", .unit = "robots", .curve = true});
   lab.show({.of = "colour.site_idle", .words = "place without a resource"});
-  lab.show({.of = "led.1", .words = "committed north"});
-  lab.show({.of = "led.4", .words = "committed south"});
+  lab.show({.of = "led.0", .words = "uncommitted; ground: walking"});
+  lab.show({.of = "led.1", .words = "committed north; ground: turning there"});
+  lab.show({.of = "led.4", .words = "committed south; ground: turning there"});
+  lab.show({.of = "led.7", .words = "ground: going to that region"});
   if (!is_ground(lab)) return;
   const double width_m = lab.arena().width_m, height_m = lab.arena().height_m;
   lab.publish("ground_um", {std::llround(width_m * 1e6), std::llround(height_m * 1e6)});
