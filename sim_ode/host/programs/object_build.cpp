@@ -249,7 +249,7 @@ ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work, std::
     const fs::path folder = work / fmt::format("{}", i);
     const Part& part = parts_.emplace_back(
         Part{source, folder / (source.extension() == ".c" ? source.filename() : fs::path("program.c")),
-             folder / "typed.i", folder / "part.o"});
+             folder / "expanded.i", folder / "typed.i", folder / "part.o"});
     std::error_code error;
     fs::create_directory(folder, error);
     if (!(std::ofstream(part.copy, std::ios::binary) << "#line 1 \"" << source.string() << "\"\n" << text << "\n"))
@@ -310,7 +310,7 @@ std::vector<std::string> ObjectBuild::decided_by() {
   is_expanded_ = true;
   std::set<std::string> read;
   for (const Part& part : parts_) {
-    std::string text = read_source(part.copy.parent_path() / "expanded.i");
+    std::string text = read_source(part.expanded);
     for (const std::string& file : files_in(text))
       if (!file.starts_with(work_.string())) read.insert(file);
     for (std::size_t at; (at = text.find(work_.string())) != std::string::npos;) text.erase(at, work_.string().size());
@@ -361,12 +361,9 @@ void ObjectBuild::expand() {
   std::vector<fs::path> files;
   std::vector<std::vector<std::string>> read;
   for (const Part& part : parts_) {
-    const fs::path expanded = part.copy.parent_path() / "expanded.i";
-    compile(part.source, {"-E", part.copy.string(), "-o", expanded.string()});
-    const std::string text = read_source(expanded);
+    compile(part.source, {"-E", part.copy.string(), "-o", part.expanded.string()});
+    const std::string text = read_source(part.expanded);
     waits_for_memory_ = waits_for_memory_ || names_volatile(text);
-    if (!(std::ofstream(part.typed, std::ios::binary) << with_robot_types(text, kilolib_)))
-      throw ProgramError(fmt::format("{} cannot be written; free some space or set TMPDIR", part.typed.string()));
     files.push_back(part.source);
     read.push_back(files_in(text));
   }
@@ -383,6 +380,9 @@ void ObjectBuild::build(const std::vector<std::string>& options) const {
   std::vector<std::string> words;
   for (const Part& part : parts_) {
     const fs::path& source = pc_types_option_.empty() ? part.typed : part.copy;
+    if (pc_types_option_.empty() &&
+        !(std::ofstream(part.typed, std::ios::binary) << with_robot_types(read_source(part.expanded), kilolib_)))
+      throw ProgramError(fmt::format("{} cannot be written; free some space or set TMPDIR", part.typed.string()));
     words.push_back((at_once ? source : part.object).string());
     if (at_once) continue;
     std::vector<std::string> of_part = options;

@@ -41,7 +41,7 @@ class ObjectBuild {
     std::filesystem::path source;  // the user's file
     // in a folder of its own: a quoted include then finds our headers before old ones beside the program
     std::filesystem::path copy;
-    std::filesystem::path typed;  // the same, expanded and with a robot's types
+    std::filesystem::path expanded, typed;  // the same, preprocessed; and with a robot's types
     std::filesystem::path object;
   };
   void compile(const std::filesystem::path& source, const std::vector<std::string>& more) const;
