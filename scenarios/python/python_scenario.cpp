@@ -111,6 +111,8 @@ PythonScenario::PythonScenario(const hal::Section& root, const fs::path& lab_fil
 
 PythonScenario::~PythonScenario() {
   write_output();
+  if (const std::uint64_t bytes = child_ ? child_->dropped_output() : 0; bytes > 0)
+    spdlog::warn("scenario.log lacks the last {} bytes that {} printed", bytes, file_.filename().string());
 }
 
 void PythonScenario::start(const hal::Section& root, const lab::RunConfig& run, const hal::ArenaInfo& arena,

@@ -550,6 +550,13 @@ class Mine(arkmesh.Scenario):
         for each in told():
             self.assertEqual(unknown[each.dtype.kind](each).all(axis=0).tolist(), [False, True, False])
 
+    def test_what_is_printed_beyond_the_logs_bound_is_said(self):
+        """scenario.log holds 256 KiB; how many bytes it lacks is told at the end."""
+        code, said = self.run_it("import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    print('x' * (300 << 10), flush=True)\n")
+        self.assertEqual(code, 0, said)
+        self.assertIn(f"scenario.log lacks the last {(44 << 10) + 1} bytes that mine.py printed", said)
+        self.assertEqual((self.folder / "out/a/scenario.log").stat().st_size, 256 << 10)
+
     def test_what_a_region_has_is_alike_in_all_labs(self):
         """Also in a lab without robots, before the first boundary, and in finished()."""
         (self.folder / "mine.py").write_text("""import arkmesh
