@@ -76,8 +76,6 @@ class FrameDecoder {
   Fault fault() const { return fault_; }
   // In words, with the numbers that matter.
   const std::string& error() const { return error_; }
-  // From the next frame on.
-  void set_max_payload_bytes(std::size_t most) { max_payload_bytes_ = most; }
   // Memory held for an incomplete frame.
   std::size_t held_bytes() const { return partial_.capacity(); }
 

@@ -43,22 +43,12 @@ TEST_CASE("kit: neighbours are those that all pairs give") {
   CHECK(share({}, any_led) == 0);
 }
 
-TEST_CASE("kit: bearings, and numbers in a few bits") {
+TEST_CASE("kit: bearings and distances") {
   constexpr double pi = std::numbers::pi;
   CHECK(bearing_rad({0, 0, pi / 2}, {1, 0}) == doctest::Approx(-pi / 2));
   CHECK(bearing_rad({0, 0, 0}, {-1, 0}) == doctest::Approx(pi));
   CHECK(bearing_rad({1, 1, 2}, {1, 1}) == 0);
   CHECK(distance_m({0, 0, 1}, {3, 4}) == doctest::Approx(5));
-  hal::RandomStream random(1, "test/bits");
-  for (int i = 0; i < 1000; ++i) {
-    const int bits = 1 + static_cast<int>(random.below(12));
-    const double value = random.uniform(-0.6, 0.6), step = 1.0 / (1 << bits);
-    const std::uint32_t q = quantized(value, -0.5, 0.5, bits);
-    CHECK(q < 1U << bits);
-    CHECK(std::abs((q + 0.5) * step - 0.5 - std::clamp(value, -0.5, 0.5)) <= step / 2 + 1e-12);
-  }
-  CHECK(quantized(std::numeric_limits<double>::quiet_NaN(), 0, 1, 8) == 0);
-  CHECK_THROWS_AS(quantized(0, 0, 1, 25), std::invalid_argument);
 }
 
 TEST_CASE("kit: a resource grows as the logistic equation says, and is taken as far as it is there") {
