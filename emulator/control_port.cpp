@@ -57,6 +57,8 @@ struct ControlPort::State : std::enable_shared_from_this<State> {
       if (clients < max_clients) {
         ++clients;
         read(std::make_shared<Client>(Client{std::move(socket), {}, {}}));
+      } else {
+        counters.add("control.refused.too_many");
       }
       accept();
     });

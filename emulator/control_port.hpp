@@ -24,7 +24,7 @@ class ControlPort {
   ControlPort(const ControlPort&) = delete;
   ControlPort& operator=(const ControlPort&) = delete;
   std::uint16_t port() const;
-  // `control.refused.http`: connections that spoke HTTP.
+  // `control.refused.http`: connections that spoke HTTP; `control.refused.too_many`: beyond 8 at once.
   const hal::Counters& counters() const;
 
  private:

@@ -330,6 +330,16 @@ TEST_CASE("the control port takes no commands from a browser") {
   CHECK(ask(loop, server, "robot 0 take\n") == "ok\n");  // who is none goes on as before
 }
 
+TEST_CASE("the control port serves eight at once, and counts who is sent away") {
+  Emulator emulator = TestEmulator{.robots = 2}.make();
+  EmulatorRecord record(emulator, "", "");
+  hal::EventLoop loop;
+  EmulatorServer server(loop, emulator, record);
+  std::vector<Handle> clients;
+  for (int i = 0; i < 10; ++i) clients.push_back(connect_to(server.control_port()));
+  CHECK(run_until(loop, [&] { return server.counters()["control.refused.too_many"] == 2; }));
+}
+
 TEST_CASE("a taken port, a link that is a file and a video without a folder are refused with a sentence") {
   // Each names what it is about.
   const tests::TemporaryDirectory folder;
