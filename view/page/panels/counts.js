@@ -1,5 +1,4 @@
 // What the scenario counts, as curves over lab time: from the server's series, and live from `status` since then.
-import uPlot from "../vendor/uplot/uPlot.esm.js";
 import { h, patch, section, table } from "../dom.js";
 import { count_name, count_value } from "../words.js";
 
