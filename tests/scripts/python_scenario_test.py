@@ -557,6 +557,26 @@ class Mine(arkmesh.Scenario):
         self.assertIn(f"scenario.log lacks the last {(44 << 10) + 1} bytes that mine.py printed", said)
         self.assertEqual((self.folder / "out/a/scenario.log").stat().st_size, 256 << 10)
 
+    def test_former_names_of_arguments_work_and_warn(self):
+        """In the user's own line; both names at once are refused; the scenario's log has the warning."""
+        lab = self.lab_of_three()
+        for former, now in ((lambda: lab.crowd(range=0.2), "crowd(): is now called reach="), (lambda: lab.voices("v", 2, range=0.2), "voices(): is now called reach="),
+                            (lambda: lab.message(bytes(9), type=5), "message(): is now called message_type="),
+                            (lambda: lab.parameters(bytes(9), type=5), "parameters(): is now called message_type="),
+                            (lambda: lab.setting("reach", 0.1, help="how near"), "setting(): is now called about="), (lambda: arkmesh.open, "arkmesh.open is now called arkmesh.open_run")):
+            with self.assertWarnsRegex(DeprecationWarning, ".*".join(map(re.escape, now.split(": ")))) as warned:
+                former()
+            self.assertEqual(warned.filename, __file__)
+        _, said = lab._take()
+        self.assertEqual([piece["range"] for piece in said["kit"]], [0.2, 0.2])
+        self.assertEqual([message["type"] for message in said["whole"] + said["parameters"]], [5, 5])
+        with self.assertRaisesRegex(TypeError, "reach twice, once as range"):
+            lab.crowd(range=0.1, reach=0.1)
+        with self.assertRaises(AttributeError):
+            arkmesh.openn  # pylint: disable=pointless-statement,no-member
+        self.assertEqual(self.run_it("import arkmesh\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    lab.setting('near', 1, help='x')\n")[0], 0)
+        self.assertRegex((self.folder / "out/a/scenario.log").read_text(), r"mine.py:4: DeprecationWarning: help= of setting\(\) is now called about=")
+
     def test_what_a_region_has_is_alike_in_all_labs(self):
         """Also in a lab without robots, before the first boundary, and in finished()."""
         (self.folder / "mine.py").write_text("""import arkmesh

@@ -2,6 +2,7 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from . import renamed
 from .lab_facade import Lab
 from .places import within
 from .scenario import Others, Scenario
@@ -28,4 +29,7 @@ if not TYPE_CHECKING:
             return getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
         if name in _LATER.values():
             return importlib.import_module(f".{name}", __name__)
+        if name == "open":  # its former name
+            renamed.warn("arkmesh.open", "arkmesh.open_run", 2)
+            return __getattr__("open_run")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

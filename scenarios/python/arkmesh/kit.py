@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Optional, Sequence
 import numpy
 
 from .pieces import Crowd, Eyes, Floor, Gps, Light, Region, Towards, Trail, Voices, _callers_line, _leds, _name, _number, _pair, _whole
+from .renamed import renamed
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -63,6 +64,7 @@ class Kit:
                                    "margin": _number("margin", margin, 0, 1e3), "half_planes": bool(half_planes),
                                    "robots": None if robots is None else _number("robots", robots, 0, 1e3)}, noise, every_s, sectors)
 
+    @renamed(range="reach")
     def crowd(self, reach: float, leds: Optional[ArrayLike] = None, others: bool = True, noise: ArrayLike = 0.0, every_s: float = 0.0) -> Crowd:
         """How many robots are near each robot.
 
@@ -318,6 +320,7 @@ class Kit:
         return self._sensor(Light, {"piece": "light", "ambient": _number("ambient", ambient, -1e6, 1e6), "slope": _pair("slope", slope, -1e6, 1e6),
                                     "beams": given}, noise, every_s)
 
+    @renamed(range="reach")
     def voices(self, name: str, values: int, reach: Optional[float] = None, graph: Optional[Sequence[Any]] = None) -> Voices:
         """Robots say one value to others of all labs: to those within reach, or to those that a graph joins.
 

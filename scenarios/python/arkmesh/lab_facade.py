@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Optional, Sequence, TypeVar
 import numpy
 
 from .kit import Kit
+from .renamed import renamed
 from .scenario import Others, Solid
 from .showing import Showing
 from .telling import NOT_SHOWN, WORD, Telling
@@ -101,6 +102,7 @@ class Lab(Kit, Showing, Telling):
         self._words_per_s = facts.get("words_per_s", math.inf)
 
     # --- settings, chance ---
+    @renamed(help="about")
     def setting(self, name: str, default: _Setting, low: Optional[float] = None, high: Optional[float] = None, unit: str = "", about: str = "",
                 one_of: Sequence[str] = (), own: bool = False) -> _Setting:
         """Returns a setting of the lab's file, from [scenario.FILE]; in begin() only. All labs have it alike.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Optional
 import numpy
 
 from .pieces import _number
+from .renamed import renamed
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -107,6 +108,7 @@ class Telling:
             words["value"] += (self._chosen(f"{name}, mm/s,", mm_s, -most, most, rows, by_ids).astype(numpy.int64) + 2048).astype(numpy.uint32) << shift
         self._words.append(words)
 
+    @renamed(type="message_type")
     def message(self, data: Any, message_type: int, who: Optional[ArrayLike] = None, slot: ArrayLike = 0) -> None:
         """Sends a whole message once. It takes the place of words to three robots.
 
@@ -132,6 +134,7 @@ class Telling:
             {"type": self._type(message_type), "data": _nine_bytes(data), "slot": int(self._column("slot", slot, 0, 255, 0)),
              "robots": None if who is None else self.ids[self._rows(who)[0]].tolist()})
 
+    @renamed(type="message_type")
     def parameters(self, data: Any, message_type: int) -> None:
         """Repeats messages to all robots right before they begin, and before they run after a reset.
 
