@@ -100,7 +100,7 @@ void BodySearch::take(const cv::Mat& bgr, int block) {
   votes_.look_at(picture_, min_step());
 }
 
-std::optional<double> BodySearch::find_diameter(const cv::Mat& bgr) {
+std::vector<SizeEvidence> BodySearch::find_sizes(const cv::Mat& bgr) {
   std::vector<Candidate> candidates;
   for (int block = 1; block <= 64; block *= 2) {
     // radii from 5 to 10 shrunk pixels
@@ -115,16 +115,13 @@ std::optional<double> BodySearch::find_diameter(const cv::Mat& bgr) {
            2 * one.circle_fit.circle.r_px > settings_.largest_diameter_px;
   });
   for (Candidate& one : candidates) one.evidence *= one.clear;
-  const std::vector<SizeEvidence> sizes = size_evidence(std::move(candidates), bgr.cols, bgr.rows);
+  std::vector<SizeEvidence> sizes = size_evidence(std::move(candidates), bgr.cols, bgr.rows);
   if (explanation_) explanation_->sizes = sizes;
-  if (sizes.empty()) return {};
-  return 2 * sizes[0].r_px;
+  return sizes;
 }
 
-std::vector<Candidate> BodySearch::of_any_diameter(const cv::Mat& bgr) {
-  const auto diameter_px = find_diameter(bgr);
-  if (!diameter_px) return {};
-  std::vector<Candidate> robots = about_diameter(bgr, *diameter_px);
+std::vector<Candidate> BodySearch::bodies_or_cells(const cv::Mat& bgr, double diameter_px) {
+  std::vector<Candidate> robots = about_diameter(bgr, diameter_px);
   // Where most are brighter than what is round them, or have a dark ring, coin cells may have been taken for robots:
   // they were, where bodies are round most of them.
   const auto cells = std::count_if(robots.begin(), robots.end(), [&](const Candidate& one) {

@@ -21,8 +21,10 @@ class BodySearch {
   // Where objections go; null: nowhere.
   void explain(Explanation* explanation) { explanation_ = explanation; }
 
-  // Of the size that has most evidence for it.
-  std::vector<Candidate> of_any_diameter(const cv::Mat& bgr);
+  // Sizes of robots, the one with most evidence first.
+  std::vector<SizeEvidence> find_sizes(const cv::Mat& bgr);
+  // Of a size that may be that of their coin cells.
+  std::vector<Candidate> bodies_or_cells(const cv::Mat& bgr, double diameter_px);
   // Searches at neighbouring sizes together: near a limit each alone may miss a robot, and what only one finds is
   // mostly none.
   std::vector<Candidate> about_diameter(const cv::Mat& bgr, double diameter_px);
@@ -33,6 +35,8 @@ class BodySearch {
   std::optional<CircleFit> fit(const cv::Mat& bgr, const Circle& guess, double range, bool darker) {
     return fitter_.fit(bgr, guess, range, darker, noise_);
   }
+  // Why a circle is no robot, for an explanation.
+  void object(const Circle& circle, double confidence, const char* objection);
   // The surest first; no two overlap by more than robots can.
   static std::vector<Candidate> united(const cv::Mat& bgr, const std::vector<std::vector<Candidate>>& all);
   static double median_r_px(const std::vector<Candidate>& robots);
@@ -46,10 +50,8 @@ class BodySearch {
             std::vector<Candidate>& candidates);
   // The whole picture, shrunk, unless it is so already.
   void take(const cv::Mat& bgr, int block);
-  std::optional<double> find_diameter(const cv::Mat& bgr);
   // Whether a circle is a coin cell's: board round it, and arena round that. Grey levels of the picture looked at last.
   bool in_dark_ring(const Circle& circle) const;
-  void object(const Circle& circle, double confidence, const char* objection);
   // The weakest edge of the shrunk picture that may vote, in grey levels a pixel.
   double min_step() const;
 

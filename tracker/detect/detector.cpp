@@ -10,6 +10,7 @@
 
 #include "tracker/detect/body_search.hpp"
 #include "tracker/detect/candidate.hpp"
+#include "tracker/detect/impostor.hpp"
 #include "tracker/detect/led_neighbours.hpp"
 #include "tracker/detect/led_spot.hpp"
 #include "tracker/detect/median.hpp"
@@ -25,6 +26,10 @@ constexpr double surely_seen = 0.7;         // confidence in what only the net h
 constexpr double least_likeness = 0.5;      // of that: plain discs and rings have none
 constexpr double fewest_of_own = 3;         // beyond doubt, where nothing else was found
 constexpr std::size_t max_sizes = 6;        // that are looked at closely, of those that the net sees
+constexpr double surely_net = 0.5;          // of the net's scores, among things that are no robots
+constexpr double usual_net = 0.7;           // the median of robots' is above, 0.77 in the rendered rooms
+constexpr double least_single_shape = 0.9;  // of one among other things; 0.94 on the bench's pictures of one robot
+constexpr std::size_t sizes_in_turn = 4;    // that are tried at most, where most of what is found are no robots
 constexpr int whole_every = 6;              // searches of a camera in which nothing has changed
 constexpr std::size_t max_objections = 60;  // that an explanation holds
 
@@ -169,8 +174,10 @@ class Detector::Search {
     for (const Circle& one : before_) radii.push_back(one.r_px);
     const double diameter_px = 2 * median(std::move(radii)), near_px = 0.75 * diameter_px;
     std::vector<Candidate> robots = bodies_.at_diameter(bgr, diameter_px);
-    Places places(near_px, bgr.cols, bgr.rows);
+    Places places(near_px, bgr.cols, bgr.rows), impostors(near_px, bgr.cols, bgr.rows);
     for (const Circle& one : before_) places.add(one);
+    for (const Circle& one : impostors_) impostors.add(one);
+    std::erase_if(robots, [&](const Candidate& one) { return impostors.taken(one.circle_fit.circle, near_px / 3); });
     const bool same = robots.size() == before_.size() && std::ranges::all_of(robots, [&](const Candidate& one) {
                         return places.taken(one.circle_fit.circle, near_px);
                       });
@@ -179,24 +186,93 @@ class Detector::Search {
 
   std::vector<Candidate> searched(const cv::Mat& bgr) {
     since_whole_ = 0;
+    impostors_.clear();
     net_.look_at(bgr);
     std::vector<Candidate> robots;
     if (settings_.diameter_px) {
       robots = bodies_.about_diameter(bgr, *settings_.diameter_px);
       if (settings_.diameter_told) {
         // Told by a person, who may be a little wrong: what is found without it counts, too.
-        std::vector<Candidate> untold = with_second_opinion(bgr, bodies_.of_any_diameter(bgr), true);
+        std::vector<Candidate> untold = of_any_size(bgr);
         std::erase_if(untold, [&](const Candidate& one) {
           return std::abs(2 * one.circle_fit.circle.r_px / *settings_.diameter_px - 1) >
                  1.5 * settings_.diameter_tolerance;
         });
         robots = BodySearch::united(bgr, {robots, untold});
       }
-      return with_second_opinion(bgr, std::move(robots), false);
+    } else {
+      if (diameter_px_) robots = bodies_.about_diameter(bgr, *diameter_px_);
+      if (robots.empty()) {
+        diameter_px_.reset();
+        return of_any_size(bgr);
+      }
     }
-    if (diameter_px_) robots = bodies_.about_diameter(bgr, *diameter_px_);
-    if (robots.empty()) diameter_px_.reset(), robots = bodies_.of_any_diameter(bgr);
-    return with_second_opinion(bgr, std::move(robots), true);
+    robots = with_second_opinion(bgr, std::move(robots), !settings_.diameter_px);
+    erase_impostors(bgr, robots);
+    return robots;
+  }
+
+  // Of the size that has most evidence for it; of the next ones, too, where most of that size are no robots.
+  std::vector<Candidate> of_any_size(const cv::Mat& bgr) {
+    std::vector<SizeEvidence> sizes = bodies_.find_sizes(bgr);
+    sizes.resize(std::clamp<std::size_t>(sizes.size(), 1, sizes_in_turn));
+    std::vector<Candidate> best;
+    double most = 0;
+    for (std::size_t i = 0; i < sizes.size(); ++i) {
+      if (i > 0 && std::abs(sizes[i].r_px / sizes[i - 1].r_px - 1) < 0.03) continue;
+      std::vector<Candidate> robots;
+      if (sizes[i].r_px > 0) robots = bodies_.bodies_or_cells(bgr, 2 * sizes[i].r_px);
+      robots = with_second_opinion(bgr, std::move(robots), i == 0);
+      const std::size_t before = robots.size();
+      erase_impostors(bgr, robots);
+      const std::size_t after = robots.size();
+      if (after == before && i == 0) return robots;
+      // There only what the net sees, too, is believed.
+      const std::vector<double> scores = net_scores(robots);
+      std::size_t next = 0;
+      std::erase_if(robots, [&](const Candidate&) { return scores[next++] < surely_net; });
+      if (robots.size() == 1 && robots[0].shape < least_single_shape) robots.clear();
+      double votes = 0;
+      for (const Candidate& one : robots) votes += one.clear * one.evidence;
+      if (votes > most) most = votes, best = std::move(robots);
+      if (2 * after >= before) break;
+    }
+    return best;
+  }
+
+  // Where most, and two at least, look like other round things, and the net agrees, erases those.
+  void erase_impostors(const cv::Mat& bgr, std::vector<Candidate>& robots) {
+    std::vector<const char*> why;
+    for (const Candidate& one : robots) why.push_back(why_no_robot(bgr, one.circle_fit));
+    const auto impostors = std::ranges::count_if(why, [](const char* one) { return one != nullptr; });
+    if (impostors < 2 || 2 * impostors <= std::ssize(robots)) return;
+    const std::vector<double> scores = net_scores(robots);
+    std::vector<double> doubted;
+    for (std::size_t i = 0; i < robots.size(); ++i)
+      if (why[i]) doubted.push_back(scores[i]);
+    if (median(std::move(doubted)) >= usual_net) return;
+    std::vector<Candidate> others;
+    for (std::size_t i = 0; i < robots.size(); ++i) {
+      if (!why[i]) {
+        others.push_back(robots[i]);
+        continue;
+      }
+      bodies_.object(robots[i].circle_fit.circle, robots[i].evidence, why[i]);
+      impostors_.push_back(robots[i].circle_fit.circle);
+    }
+    robots = std::move(others);
+  }
+
+  // How surely the net sees each at its place.
+  std::vector<double> net_scores(const std::vector<Candidate>& robots) {
+    std::vector<double> scores(robots.size(), 0);
+    const double r_px = BodySearch::median_r_px(robots);
+    finds_.clear();
+    if (!robots.empty()) net_.find(r_px, least_score, finds_);
+    for (std::size_t i = 0; i < robots.size(); ++i)
+      for (const NetFind& find : finds_)
+        if (are_close(find, robots[i], 0.5 * r_px)) scores[i] = std::max(scores[i], find.score);
+    return scores;
   }
 
   // The trained net's opinion: adds robots of the others' size; where it sees less than half of what was found, or
@@ -294,8 +370,9 @@ class Detector::Search {
   BodySearch bodies_;
   SearchNet net_;
   std::vector<NetFind> finds_;
-  std::vector<Circle> before_;  // what the last search found
-  int since_whole_ = 0;         // searches
+  std::vector<Circle> before_;     // what the last search found
+  std::vector<Circle> impostors_;  // what the last whole one erased
+  int since_whole_ = 0;            // searches
 };
 
 Detector::Detector(const DetectorSettings& settings) : search_(std::make_unique<Search>(settings)) {}

@@ -149,6 +149,24 @@ void hand(Brush& brush, cv::Point2d at, double r_px) {
   }
 }
 
+// The edge of a circuit board: holes in pads of gold.
+void pads(Brush& brush, cv::Point2d at, double r_px) {
+  const double angle = brush.unit() * tau;
+  const cv::Point2d along(std::cos(angle), std::sin(angle)), across(-along.y, along.x);
+  const cv::Point2d far = along * (6.2 * r_px), wide = across * (2.2 * r_px);
+  brush.shape({at - far - wide, at + far - wide, at + far + wide, at - far + wide}, cv::Scalar(45, 40, 40));
+  for (int hole = -1; hole <= 1; ++hole) {
+    const cv::Point2d middle = at + along * (4 * hole * r_px);
+    brush.disc(middle, 1.45 * r_px, cv::Scalar(140, 200, 225));
+    brush.disc(middle, r_px, cv::Scalar::all(50));
+    brush.disc(middle, 0.75 * r_px, cv::Scalar::all(110));
+    for (int speck = 0; speck < 12; ++speck) {
+      const cv::Point2d to(brush.from_to(-0.6, 0.6), brush.from_to(-0.6, 0.6));
+      brush.disc(middle + to * r_px, 0.12 * r_px, cv::Scalar::all(brush.from_to(40, 150)));
+    }
+  }
+}
+
 void draw(Brush& brush, const std::string& kind, cv::Point2d at, double r_px) {
   const auto any_size = [&] { return r_px * (brush.unit() < 0.3 ? 1.0 : brush.from_to(0.4, 1.6)); };
   if (kind == "black discs")
@@ -187,6 +205,8 @@ void draw(Brush& brush, const std::string& kind, cv::Point2d at, double r_px) {
         brush.disc(at, 0.85 * r, cv::Scalar(25, 45, 70));
   } else if (kind == "words")
     brush.words(at, r_px);
+  else if (kind == "pads")
+    pads(brush, at, r_px);
   else if (kind == "lamps")
     brush.soft(at, r_px * brush.from_to(0.5, 4), {1, 1, 1}, cv::Vec3d::all(brush.from_to(60, 200)));
   else
@@ -197,16 +217,16 @@ void draw(Brush& brush, const std::string& kind, cv::Point2d at, double r_px) {
 double reach_of(const std::string& kind) {
   if (kind == "tape" || kind == "cables") return 7;
   if (kind == "hands") return 5;
-  if (kind == "words") return 7;
+  if (kind == "words" || kind == "pads") return 7;
   return kind == "cups" || kind == "lamps" || kind == "screws" ? 3 : 2;
 }
 
 }  // namespace
 
 const std::vector<std::string>& clutter_kinds() {
-  static const std::vector<std::string> kinds = {"black discs", "white discs", "grey discs", "coins", "caps",
-                                                 "rings",       "screws",      "LEDs",       "clips", "tape",
-                                                 "cables",      "hands",       "cups",       "words", "lamps"};
+  static const std::vector<std::string> kinds = {"black discs", "white discs", "grey discs", "coins", "caps",   "rings",
+                                                 "screws",      "LEDs",        "clips",      "tape",  "cables", "hands",
+                                                 "cups",        "words",       "lamps",      "pads"};
   return kinds;
 }
 

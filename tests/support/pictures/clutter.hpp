@@ -9,7 +9,7 @@
 namespace arkmesh::tests {
 
 // black discs, white discs, grey discs, coins, caps, rings, screws, LEDs, clips, tape, cables, hands, cups, words,
-// lamps
+// lamps, pads
 const std::vector<std::string>& clutter_kinds();
 
 // `count` things of one kind, sized as if robots were `robot_px` across, none nearer to a robot than to touch it.
