@@ -114,10 +114,10 @@ def python_api(package):
     home = {name: module for module, names in re.findall(r"^ *from \.(\w+) import (.+)$", init, re.M) for name in names.split(", ")}
     exported = re.findall(r'"(\w+)"', re.search(r"^__all__ = \[(.*)\]$", init, re.M)[1])
     pieces = re.findall(r"^class (\w+)\(Piece\):", (package / "pieces.py").read_text(), re.M)
-    parts = {"Runs": [f"{home[name]}.{name}" for name in ("run", "batch", "sweep", "check", "lab", "Failed")],
-             "Scenarios": ["scenario.Scenario", "lab_facade.Lab", "telling.Telling", "showing.Showing", "kit.Kit", "scenario.Others", "places.within"],
+    parts = {"Runs": [*(f"{home[name]}.{name}" for name in ("run", "batch", "sweep", "check", "lab", "Failed")), "running.Loop"],
+             "Scenarios": ["scenario.Scenario", "lab_facade.Lab", "telling.Telling", "showing.Showing", "kit.Kit", "scenario.Others", "scenario.Solid", "places.within"],
              "Pieces of the kit": [f"pieces.{name}" for name in pieces],
-             "Recorded runs": ["batches.open_run", "recorded.Run", "recorded.LabRun", "recorded.Arrays", "batches.Batch"]}
+             "Recorded runs": ["batches.open_run", "recorded.Run", "recorded.LabRun", "recorded.Arrays", "batches.Batch", "tables.read_table"]}
     missing = set(exported) - {name.rpartition(".")[2] for names in parts.values() for name in names}
     if missing:
         sys.exit(f"site: no part of the page of Python's package has {', '.join(sorted(missing))}")

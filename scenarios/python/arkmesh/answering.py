@@ -205,7 +205,7 @@ def unseeded_in(sources):
     for file, text in sources.items():
         for number, line in enumerate(text.splitlines(), 1):
             for what in UNSEEDED.findall(line.partition("#")[0]):
-                found.setdefault(what, f"{file}:{number}: {what}: runs of one seed may differ by it; lab.now_s and lab.random(purpose) do not")
+                found.setdefault(what, f"{file}:{number}: {what} may differ between runs of one seed; use lab.now_s and lab.random(purpose)")
     return list(found.values())
 
 
@@ -219,7 +219,7 @@ def about(every, sources, lab):
 def load(file):
     """A scenario of the class that a file holds."""
     if not file.is_file():
-        raise Wrong(f"there is no file {file}; run.scenario is looked up beside the lab's file, and a run of a loop, or of what was typed at a prompt, keeps none")
+        raise Wrong(f"there is no file {file}; run.scenario is a path from the lab's file (runs of a Loop, and of a scenario typed at a prompt, keep no file)")
     sys.path.insert(0, str(file.parent))
     spec = importlib.util.spec_from_file_location(file.stem, file)
     module = importlib.util.module_from_spec(spec)
@@ -229,7 +229,7 @@ def load(file):
     found = [c for c in vars(module).values() if isinstance(c, type) and issubclass(c, Scenario) and c.__module__ == file.stem]
     if len(found) != 1:
         names = " and ".join(c.__name__ for c in found)
-        raise Wrong(f"{file.name}:{inspect.getsourcelines(found[1])[1]}: it holds {len(found)} scenarios, {names}; keep one in a file"
+        raise Wrong(f"{file.name}:{inspect.getsourcelines(found[1])[1]}: it holds {len(found)} scenarios, {names}; keep one per file"
                     if found else f"{file.name}:1: it holds no scenario; write a class that derives from arkmesh.Scenario")
     return found[0]()
 

@@ -7,22 +7,23 @@ from typing import Any, Iterator, Optional, Union
 
 from numpy.typing import NDArray
 
-from .recorded import PathLike, Run, _drawing, _library, _saved, read_table
+from .recorded import Run, _drawing, _library, _saved
+from .tables import PathLike, read_table
 
 
 class Batch:
-    """A batch of seeds, or of settings and seeds; `batch["lit"]` is a column of its table, with a value for each run.
+    """A batch of runs over seeds, or over settings and seeds; `batch["lit"]` is a column of its table, with a value for each run.
 
     Attributes
     ----------
     table : numpy.ndarray
-        runs.csv as a structured array, a row for each run.
+        runs.csv as a structured array, a row per run.
     settings : list of str
-        The columns of settings that differ.
+        Columns of the settings that vary.
     runs : mapping
-        `runs[seed]`, or `runs[value, ..., seed]` where settings differ, is a Run.
+        `runs[seed]`, or `runs[value, ..., seed]` if settings vary, is a Run.
     folder : pathlib.Path
-        Where it lies.
+        The batch's folder.
     """
 
     def __init__(self, folder: PathLike):
@@ -40,32 +41,43 @@ class Batch:
         return len(self.table)
 
     def to_dataframe(self) -> Any:
-        """Returns the table as a pandas.DataFrame. Raises ImportError without pandas."""
+        """Returns the table for pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row per run.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
         return _library("pandas").DataFrame(self.table)
 
     def plot(self, x: str, y: str, by: str = "", kind: str = "", width: str = "page", xlabel: Optional[str] = None, ylabel: Optional[str] = None,
              title: Optional[str] = None, axes: Any = None, out: Optional[PathLike] = None) -> Any:
-        """Draws a column over a setting: lines with 95 % intervals over numbers, else boxes.
+        """Draws a column over a setting: lines with 95 % intervals over numbers, boxes otherwise.
 
         Parameters
         ----------
         x, y
             The setting and the column; of a scenario's setting its name is enough.
         by
-            A setting with a line or colour for each of its values.
+            A setting; each of its values gets a line or colour.
         kind
-            "line" or "box", instead of what suits.
+            "line" or "box" instead of the default.
         width, title, out
             As in `Run.plot()`.
         xlabel, ylabel
-            Instead of the words and units that the scenario gives.
+            Labels instead of the scenario's.
         axes
-            Where to draw, instead of a new figure.
+            Axes to draw on, instead of a new figure.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on.
+            The axes drawn on.
 
         Raises
         ------
@@ -82,7 +94,7 @@ class Batch:
 
 
 class Runs(collections.abc.Mapping):
-    """The runs of a batch, each read when it is asked for."""
+    """The runs of a batch, each read on access."""
 
     def __init__(self, folder: pathlib.Path, numbers: dict[Any, int]):
         self.folder, self.numbers = folder, numbers
@@ -100,17 +112,17 @@ class Runs(collections.abc.Mapping):
 
 
 def open_run(folder: PathLike) -> Union[Run, Batch]:
-    """Opens the folder of a run, or of a batch, whoever ran it.
+    """Opens the folder of a run or of a batch.
 
     Parameters
     ----------
     folder
-        Of a run, or of `arkmesh batch`.
+        Folder of a run, or of `arkmesh batch`.
 
     Returns
     -------
     Run or Batch
-        What the folder holds.
+        The recorded run or batch.
 
     Raises
     ------

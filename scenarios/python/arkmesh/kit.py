@@ -2,25 +2,23 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 import numpy
 
-from .pieces import Crowd, Eyes, Floor, Gps, Light, Region, Towards, Trail, Voices, _callers_line, _leds, _name, _number, _pair, _whole
+from .pieces import Crowd, Eyes, Floor, Gps, Light, Region, Towards, Trail, Voices, _callers_line, _leds, _name, _number, _pair, _tiles_of, _whole
 from .renamed import renamed
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-LARGEST_IMAGE = 16 << 20  # bytes
-
 
 class Kit:
-    """The methods of a Lab that ask for pieces, each in begin() only. Of those that robots sense, `noise` is the standard deviation of a
-    reading's normal error, in the reading's unit, and `every_s` how often readings are renewed, of all robots at once; 0: with each
-    frame. A robot that a frame does not hold keeps its last reading."""
+    """The methods of a Lab that create pieces of the kit, in begin() only. Of pieces that robots sense, `noise` is the standard deviation of a
+    reading's normal error, in the reading's unit, and `every_s` the seconds between readings, the same for all robots; 0: a reading each
+    frame. A robot missing in a frame keeps its last reading.
+    """
 
     name: str
     ids: NDArray[numpy.uint32]
@@ -28,34 +26,41 @@ class Kit:
     width_m: float
     height_m: float
     _alike: dict[str, str]
+    _file: Any
+    _files: dict[str, bytes]
 
     def eyes(self, sectors: int = 8, reach: float = 0.1, around: bool = False, robots: Optional[float] = None, margin: float = 0.0,
              half_planes: bool = False, noise: ArrayLike = 0.0, every_s: float = 0.0) -> Eyes:
-        """A virtual proximity sensor for walls and obstacles.
+        """Creates a virtual proximity sensor for walls, obstacles and robots of other labs.
 
         Parameters
         ----------
         sectors
-            1 to 16 equal sectors of the half circle in front, the leftmost first.
+            Number of equal sectors of the half circle in front, 1 to 16; the first is the leftmost.
         reach
-            Metres from the robot's centre.
+            Range in metres of this arena, from the robot's centre.
         around
-            Sectors are around the robot, counter-clockwise; the first begins straight ahead.
+            Sectors cover the full circle, counter-clockwise; the first begins straight ahead.
         robots
-            Robots of other labs are seen as discs of that radius in this arena, metres, unless sensors.presence is "none"; without it they
-            are seen where that key is "no-walk".
+            Radius, in metres of this arena, of the discs by which robots of other labs are sensed, unless sensors.presence is "none". By
+            default they are sensed only where that key is "no-walk".
         margin
-            Obstacles seem so many metres nearer than they are.
+            Metres by which obstacles appear nearer.
         half_planes
             As in the software published with M-ARK, a wall within reach fills all sectors in front that lie wholly within 90 degrees of
             its direction; so does the nearest of obstacles and robots.
         noise, every_s
-            Of distances, metres; seconds.
+            Of distances, in metres; in seconds.
+
+        Returns
+        -------
+        Eyes
+            Arrays `distance` and `bits`, updated with each frame.
 
         Raises
         ------
-        ValueError
-            If an argument is out of range or malformed; RuntimeError after begin().
+        ValueError, RuntimeError
+            If an argument is invalid; after begin().
         """
         sectors = _whole("sectors", sectors, 1, 16)
         if half_planes and around:
@@ -66,53 +71,63 @@ class Kit:
 
     @renamed(range="reach")
     def crowd(self, reach: float, leds: Optional[ArrayLike] = None, others: bool = True, noise: ArrayLike = 0.0, every_s: float = 0.0) -> Crowd:
-        """How many robots are near each robot.
+        """Creates a sensor that counts robots near each robot.
 
         Parameters
         ----------
         reach
-            Metres.
+            Range in metres of this arena, between centres.
         leds
-            Only those whose LED is one of these numbers; without it, all.
+            LED numbers, 0 to 8, of the robots to count; by default all.
         others
-            Robots of other labs count, too, where they are in this arena, unless sensors.presence is "none".
+            Also count robots of other labs in this arena, unless sensors.presence is "none".
         noise, every_s
-            Of the count; seconds.
+            Of the count, in robots; in seconds.
+
+        Returns
+        -------
+        Crowd
+            Array `count`, updated with each frame.
 
         Raises
         ------
-        ValueError
-            If an argument is out of range or malformed; RuntimeError after begin().
+        ValueError, RuntimeError
+            If an argument is invalid; after begin().
         """
         return self._sensor(Crowd, {"piece": "crowd", "range": _number("reach", reach, 1e-6, 1e3), "leds": _leds(leds), "others": bool(others)}, noise, every_s)
 
     def trail(self, name: str, width: float, height: float, cell: float, half_life: float = 0.0, linear: float = 0.0, diffusion: float = 0.0,
               wind: ArrayLike = (0.0, 0.0), cap: float = 1e6, cut_off: float = 0.0, zones: Optional[Sequence[float]] = None, full: float = 1.0) -> Trail:
-        """Pheromone on a grid around the origin of the shared world, that robots of all labs lay. Every lab asks for it alike.
+        """Creates pheromone on a grid around the origin of the shared world, laid by robots of all labs. Every lab must create it alike.
 
         Parameters
         ----------
         name
-            A word of its own.
+            Name of the trail, a word of up to 30 letters, digits and _.
         width, height, cell
-            Sides of the grid and of a cell, metres of the shared world.
+            Sides of the grid and of a cell, in metres of the shared world.
         half_life, linear
-            Seconds after which half is left; how much less there is each second; 0: none.
+            Half-life in seconds; linear decay in amount per second; 0: none.
         diffusion
-            In m2/s.
+            Diffusion coefficient in m2/s.
         wind
-            (2) along x and y, m/s.
+            (2) velocity along x and y, in m/s.
         cap, cut_off
-            No cell has more; less is nothing.
+            Largest amount in a cell; smaller amounts count as 0.
         zones
-            (how many, opening in radians, radius in metres, least value) of zones in front of robots.
+            (number, opening in radians, radius in metres, least amount) of sensing zones in front of robots.
         full
-            What people see as darkest; 0 shows nothing.
+            Amount drawn darkest; 0: draw nothing.
+
+        Returns
+        -------
+        Trail
+            Arrays `value`, `gradient` and `zones`, updated with each frame; `lay()` adds pheromone.
 
         Raises
         ------
-        ValueError
-            If an argument is out of range or malformed; RuntimeError after begin().
+        ValueError, RuntimeError
+            If an argument is invalid; after begin().
         """
         asked = {"piece": "trail", "name": _name("a trail", name), "wind": _pair("wind", wind), "zones": None, "full": _number("full", full, 0)}
         if zones is not None:
@@ -127,27 +142,32 @@ class Kit:
 
     def region(self, centre: Optional[ArrayLike] = None, radius: Optional[float] = None, corners: Optional[ArrayLike] = None,
                resource: Optional[dict[str, Any]] = None, leds: Optional[ArrayLike] = None, label: str = "", colour: str = "note") -> Region:
-        """A disc or a polygon of the shared world, which is drawn.
+        """Creates a disc or a polygon of the shared world, and draws it.
 
         Parameters
         ----------
         centre, radius
-            Of a disc, metres.
+            (2) centre and radius of a disc, in metres.
         corners
-            (n, 2) of a polygon, metres.
+            (n, 2) corners of a polygon, in metres.
         resource
-            A stock that robots in it use, a dict of capacity (1), growth (r of logistic growth, a second), rate (of the capacity that each
-            takes, a second), pairs (true: n robots take n times as much each), shared (true: all together take no more than one) and
-            regrows_below (below which it is full again).
+            A stock that robots inside consume, as a dict of capacity (1), growth (rate of logistic growth, 1/s), rate (share of the capacity that a robot
+            takes, 1/s), pairs (true: each of n robots takes n times as much), shared (true: all together take no more than one robot) and
+            regrows_below (stock below which it is full again).
         leds
-            Only robots whose LED is one of these numbers count, and use the resource.
+            LED numbers, 0 to 8, of the robots that count and use the resource; by default all.
         label, colour
-            As people see it; a colour by its meaning, as of circle().
+            Text beside it, and colour by its meaning, as in circle().
+
+        Returns
+        -------
+        Region
+            Array `inside`, updated with each frame, and `robots`, `stock` and `share` as of the last boundary.
 
         Raises
         ------
-        ValueError
-            If an argument is out of range or malformed; RuntimeError after begin().
+        ValueError, RuntimeError
+            If an argument is invalid; after begin().
         """
         if (centre is None) == (corners is None) or (centre is None) != (radius is None):
             raise ValueError("a region needs centre and radius, or corners")
@@ -171,37 +191,42 @@ class Kit:
 
     def floor(self, name: str, width: float, height: float, columns: int, rows: int, shares: Sequence[float] = (1, 1), patch: int = 0,
               tiles: Optional[ArrayLike] = None, image: Optional[str] = None, levels: int = 2, noise: ArrayLike = 0.0, every_s: float = 0.0) -> Floor:
-        """Tiles around the origin of the shared world, alike in all labs: drawn by chance, given, or read from an image.
+        """Creates tiles around the origin of the shared world, equal in all labs: random, given, or read from an image.
 
         Parameters
         ----------
         name
-            A word of its own, by which, with run.seed, tiles are drawn.
+            Name of the floor; together with run.seed it determines random tiles.
         width, height
-            Metres of the shared world.
+            Sides of the floor in metres of the shared world.
         columns, rows
-            How many tiles, 1 to 1000 each.
+            Numbers of tiles, 1 to 1000 each.
         shares
-            Level k is drawn for its part of these.
+            Relative frequency of each level of random tiles.
         patch
-            Equal tiles are drawn in patches of about 2 * `patch` + 1.
+            Random tiles of a level form patches about 2 * `patch` + 1 tiles wide.
         tiles
-            (rows, columns) of levels 0 to 255 instead, the lowest row first.
+            (rows, columns) of given levels, 0 to 255, lowest row first.
         image, levels
-            A file beside the scenario instead, whose greys become so many levels, 0 the lightest.
+            Image file beside the scenario, and the number of levels for its greys, 0 the lightest.
         noise, every_s
-            Of the level; seconds.
+            Of the level; in seconds.
+
+        Returns
+        -------
+        Floor
+            Array `level`, updated with each frame.
 
         Raises
         ------
-        ValueError
-            If an argument is out of range or malformed; RuntimeError after begin().
+        ValueError, RuntimeError
+            If an argument is invalid; after begin().
         """
         columns, rows = _whole("columns", columns, 1, 1000), _whole("rows", rows, 1, 1000)
         if image is not None:
             if tiles is not None:
                 raise ValueError("a floor needs tiles or an image, not both")
-            tiles = self._tiles_of(image, columns, rows, _whole("levels", levels, 2, 256))
+            tiles = _tiles_of(self._file, self._files, image, columns, rows, _whole("levels", levels, 2, 256))
         if tiles is not None:
             tiles = numpy.asarray(tiles)
             if tiles.shape != (rows, columns):
@@ -217,69 +242,51 @@ class Kit:
         self._must_be_alike("floor", name, asked)
         return self._sensor(Floor, asked, noise, every_s)
 
-    def _tiles_of(self, image, columns, rows, levels):
-        try:
-            from PIL import Image  # type: ignore[import]  # pylint: disable=import-outside-toplevel
-        except ImportError as error:
-            raise ValueError("a floor from an image needs Pillow (python3-pil)") from error
-        path = self._file.parent / image
-        try:
-            data = path.read_bytes()
-        except OSError as error:
-            raise ValueError(f"cannot read the image {path}: {error.strerror}") from error
-        if len(data) > LARGEST_IMAGE:
-            raise ValueError(f"{image} has {len(data)} bytes, and the limit is {LARGEST_IMAGE}; use a smaller image")
-        if path.is_relative_to(self._file.parent) and ".." not in path.relative_to(self._file.parent).parts:
-            self._files[path.relative_to(self._file.parent).as_posix()] = data  # kept with the run, so that it can be repeated
-        try:
-            with Image.open(io.BytesIO(data)) as opened:
-                if opened.mode.startswith(("I", "F")):  # Pillow gives 16 bits as 32
-                    deep = numpy.asarray(opened)
-                    if deep.min() < 0 or deep.max() > 65535 or opened.mode == "F":
-                        raise ValueError("it has 32-bit greys; use 8 or 16 bits")
-                    opened = Image.fromarray((deep >> 8).astype(numpy.uint8))
-                elif opened.mode in ("RGBA", "LA", "PA") or "transparency" in opened.info:  # what is transparent is white
-                    opened = Image.alpha_composite(Image.new("RGBA", opened.size, "white"), opened.convert("RGBA"))
-                grey = numpy.asarray(opened.convert("L").resize((columns, rows), Image.BOX))
-        except (OSError, ValueError, Image.DecompressionBombError) as error:
-            raise ValueError(f"{image} cannot be read as an image: {error}") from error
-        return ((255 - grey[::-1].astype(int)) * levels // 256).astype(numpy.uint8)  # an image's first row is its highest
-
     def towards(self, place: ArrayLike, noise: ArrayLike = (0.0, 0.0), every_s: float = 0.0) -> Towards:
-        """Bearing and distance to a place.
+        """Creates a sensor for bearing and distance to a place.
 
         Parameters
         ----------
         place
-            (2) metres of the shared world.
+            (2) position in metres of the shared world.
         noise, every_s
-            Of the bearing in radians, and of the distance in metres; seconds.
+            (2) of the bearing in radians, and of the distance in metres; in seconds.
+
+        Returns
+        -------
+        Towards
+            Arrays `bearing` and `distance`, updated with each frame.
 
         Raises
         ------
-        ValueError
-            If an argument is out of range or malformed; RuntimeError after begin().
+        ValueError, RuntimeError
+            If an argument is invalid; after begin().
         """
         x, y = _pair("place", place, -1e4, 1e4)
         return self._sensor(Towards, {"piece": "towards", "x": x, "y": y}, noise, every_s, count=2)
 
     def gps(self, columns: int = 32, rows: int = 32, headings: int = 32, width: Optional[float] = None, height: Optional[float] = None,
             noise: ArrayLike = (0.0, 0.0), every_s: float = 0.0) -> Gps:
-        """Places in the shared world in few bits.
+        """Creates a sensor for each robot's pose in the shared world, in few bits.
 
         Parameters
         ----------
         columns, rows, headings
-            How many cells around its origin, and directions, 1 to 65536 each.
+            Numbers of cells around the origin, and of directions, 1 to 65536 each.
         width, height
-            Metres of the shared world; without them they are the sides of this arena.
+            Sides of the grid in metres of the shared world; by default those of this arena.
         noise, every_s
-            Of x and y in metres, and of the heading in radians; seconds.
+            (2) of x and y in metres, and of the heading in radians; in seconds.
+
+        Returns
+        -------
+        Gps
+            Arrays `column`, `row` and `heading`, updated with each frame.
 
         Raises
         ------
-        ValueError
-            If an argument is out of range or malformed; RuntimeError after begin().
+        ValueError, RuntimeError
+            If an argument is invalid; after begin().
         """
         cells = [_whole(name, n, 1, 65536) for name, n in (("columns", columns), ("rows", rows), ("headings", headings))]
         size = [self.scale * side if given is None else _number(name, given, 1e-6, 1e6)
@@ -290,23 +297,28 @@ class Kit:
 
     def light(self, ambient: float = 0.0, slope: ArrayLike = (0.0, 0.0), beams: Sequence[dict[str, Any]] = (), noise: ArrayLike = 0.0,
               every_s: float = 0.0) -> Light:
-        """Virtual light of the shared world, as a Kilobot's sensor would read it, 0 to 1023.
+        """Creates virtual light of the shared world, sensed as a Kilobot's light sensor would, 0 to 1023.
 
         Parameters
         ----------
         ambient
-            At the origin.
+            Level at the origin.
         slope
-            (2) more for each metre along x and y.
+            (2) increase of the level per metre along x and y.
         beams
-            Dicts of a path (a place, or several that it goes round), radius (0.1), level (1023) and speed (0, in m/s).
+            Dicts of path (one place, or several visited in a loop; metres), radius (0.1 m), level (1023) and speed (0 m/s).
         noise, every_s
-            Of the level; seconds.
+            Of the level; in seconds.
+
+        Returns
+        -------
+        Light
+            Array `level`, updated with each frame.
 
         Raises
         ------
-        ValueError
-            If an argument is out of range or malformed; RuntimeError after begin().
+        ValueError, RuntimeError
+            If an argument is invalid; after begin().
         """
         given = []
         for beam in beams:
@@ -322,23 +334,28 @@ class Kit:
 
     @renamed(range="reach")
     def voices(self, name: str, values: int, reach: Optional[float] = None, graph: Optional[Sequence[Any]] = None) -> Voices:
-        """Robots say one value to others of all labs: to those within reach, or to those that a graph joins.
+        """Creates messages from robots to robots of all labs, within reach or along a graph.
 
         Parameters
         ----------
         name
-            A word of its own.
+            Name of the voices, a word of up to 30 letters, digits and _.
         values
-            How many there are, 1 to 64.
+            Number of values, 1 to 64.
         reach
-            Metres of the shared world.
+            Range in metres of the shared world.
         graph
-            Pairs of (lab, id).
+            Pairs of robots, each as (lab, id).
+
+        Returns
+        -------
+        Voices
+            Array `heard`, updated with each frame; `say()` sets what robots send.
 
         Raises
         ------
-        ValueError
-            If an argument is out of range or malformed; RuntimeError after begin().
+        ValueError, RuntimeError
+            If an argument is invalid; after begin().
         """
         values = _whole("values", values, 1, 64)
         if (reach is None) == (graph is None):

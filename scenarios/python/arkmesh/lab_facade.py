@@ -24,27 +24,27 @@ HEARD = numpy.dtype([("robot", "<u4"), ("kind", "<u4"), ("value", "<i4")])
 
 
 class Lab(Kit, Showing, Telling):
-    """What a scenario sees of its lab, and what it can say.
+    """A scenario's view of its lab, and its calls.
 
-    Arrays have one row for each robot of this lab, in the order of `ids`. Of robots that were never seen nothing is known: numbers are NaN, whole
+    Arrays have one row for each robot of this lab, in the order of `ids`. Values of robots that were never seen are unknown: numbers are NaN, whole
     numbers -1, masks False, LEDs 8.
 
     Attributes
     ----------
     name : str
-        The lab's.
+        Name of this lab.
     labs, owner : list of str, str
-        All labs, and the one that owns what is shared; `is_owner` where it is this one.
+        All labs, and the owner of shared state; `is_owner` is True if this lab is the owner.
     now_s : float
         Lab time in seconds.
     period_s, frame_s, periods : float, float, int
-        Seconds between boundaries and between frames; boundaries that have passed.
+        Seconds between boundaries and between frames; number of boundaries passed.
     ids : numpy.ndarray
         (n) of uint32, ascending.
     seen : numpy.ndarray
-        (n) of bool: whom the newest frame holds.
+        (n) of bool: which robots the newest frame holds.
     xy, shared_xy : numpy.ndarray
-        (n, 2) metres in the arena, and in the shared world. The origin is the middle, x to the right, y up.
+        (n, 2) metres in the arena, and in the shared world. The origin is the centre, x to the right, y up.
     heading : numpy.ndarray
         (n) radians from +x, counter-clockwise.
     led : numpy.ndarray
@@ -52,21 +52,21 @@ class Lab(Kit, Showing, Telling):
     others : Others
         The robots of other labs.
     width_m, height_m, scale : float
-        Sides of the arena in metres, and metres of the shared world for one of the arena.
-    obstacles, objects : list
-        Discs and polygons that stand still, and that robots push.
+        Sides of the arena in metres, and metres of the shared world per metre of the arena.
+    obstacles, objects : list of Solid
+        Fixed discs and polygons, and those that robots push.
     object_xy, object_heading : numpy.ndarray
-        (m, 2) metres and (m) radians of the objects now.
+        (m, 2) metres and (m) radians: the present poses of the objects.
     heard : numpy.ndarray
-        (k) what robots have said since the frame before: robot, kind, value. Real Kilobots say nothing.
+        (k) messages from robots since the previous frame: robot, kind, value. Real Kilobots send none.
     kinds, values : int
-        Kinds and values that a word to a robot can have, each from 0.
+        Numbers of kinds and values in messages to robots, each from 0.
     make : str
-        What the robots are: "kilobot", "thymio".
-    says : list
-        What arkmesh's own program on them says, by the kind in `heard`: "prox.horizontal.0", ...; empty for Kilobots.
+        Make of the robots: "kilobot", "thymio".
+    says : list of str
+        Names of the values that arkmesh's own robot program sends, by the kind in `heard`: "prox.horizontal.0", ...; empty for Kilobots.
     wheels_m_per_s : float
-        The fastest that drive() can set, metres a second; 0 where robots cannot be driven.
+        Largest speed for drive(), in metres per second; 0 if robots cannot be driven.
     """
 
     def __init__(self, facts, ask_setting):
@@ -105,36 +105,38 @@ class Lab(Kit, Showing, Telling):
     @renamed(help="about")
     def setting(self, name: str, default: _Setting, low: Optional[float] = None, high: Optional[float] = None, unit: str = "", about: str = "",
                 one_of: Sequence[str] = (), own: bool = False) -> _Setting:
-        """Returns a setting of the lab's file, from [scenario.FILE]; in begin() only. All labs have it alike.
+        """Returns a setting of the lab's file, from [scenario.FILE]; in begin() only. It must be equal in all labs.
 
         Parameters
         ----------
         name
             Of a-z, 0-9 and _.
         default
-            What it is where the file says nothing; its type is the setting's.
+            Value if the file has none; its type is the setting's type.
         low, high
-            Its limits, if it is a number.
+            Limits of a number.
         unit
             Such as "m" or "s".
         about
-            What it is, in a few words.
+            Description in a few words.
         one_of
-            The texts that it can be.
+            The allowed texts.
         own
-            From [sensors.FILE] instead, in which labs may differ.
+            Read from [sensors.FILE] instead, which may differ between labs.
 
         Returns
         -------
         bool, int, float or str
-            As the default.
+            The value, of the type of `default`.
 
         Raises
         ------
         RuntimeError
             After begin().
+        TypeError
+            If the default is not a bool, int, float or str.
         ValueError
-            If the name, or a default beyond its limits, cannot be, or the setting is asked for twice in two ways.
+            If the name is invalid, the default is out of range, or the setting was requested with other arguments.
         """
         if self._ask is None:
             raise RuntimeError(f"setting {name!r}: ask for settings in begin()")
@@ -154,36 +156,36 @@ class Lab(Kit, Showing, Telling):
         return self._ask(asked)
 
     def needs_airtime(self, words_per_s: float) -> None:
-        """Declares in begin() how many words the scenario says to single robots.
+        """Declares how many messages the scenario sends to individual robots; in begin() only.
 
         Parameters
         ----------
         words_per_s
-            Words a second, to all robots together.
+            Messages per second, over all robots.
 
         Raises
         ------
         ValueError
-            If the arena's airtime carries fewer.
+            If they exceed the arena's airtime.
         """
         if not 0 <= words_per_s <= self._words_per_s:
             raise ValueError(f"{words_per_s:g} words a second exceed the {self._words_per_s:.3g} of this arena's airtime; "
                              "speak to fewer robots, or more rarely")
 
     def random(self, purpose: str, common: bool = False) -> numpy.random.Generator:
-        """Returns this lab's generator of random numbers for `purpose`; it depends on run.seed, lab and purpose only.
+        """Returns this lab's random generator for `purpose`; it depends only on run.seed, lab and purpose.
 
         Parameters
         ----------
         purpose
-            A word of your own.
+            A word of your choice.
         common
-            The generator does not depend on the lab: labs that draw alike, as in begin() and period(), get the same numbers.
+            Do not depend on the lab: labs that draw alike, as in begin() and period(), get equal numbers.
 
         Returns
         -------
         numpy.random.Generator
-            The same one at each call.
+            The same object at each call.
         """
         name = f"{'' if common else self.name}/{purpose}"
         if name not in self._streams:
@@ -195,24 +197,24 @@ class Lab(Kit, Showing, Telling):
     # --- what labs share ---
     def declare(self, name: str, length: int = 1, low: int = 0, high: int = 1_000_000, owner_only: bool = False, initial_only: bool = False,
                 up_to: bool = False) -> None:
-        """Declares a field that each lab publishes to all labs; in begin() only, and alike in all labs.
+        """Declares a field that each lab publishes to all labs; in begin() only, and equally in all labs.
 
-        Whole numbers against the declaration end the run of the lab that publishes them; those of a peer are refused and counted.
+        A value that violates the declaration ends the run of the lab that publishes it; states of a peer with such values are refused and counted.
 
         Parameters
         ----------
         name
-            Of the field.
+            Name of the field.
         length
-            How many whole numbers it has; with `up_to`, at most.
+            Number of whole numbers in it.
         low, high
-            Their limits.
+            Limits of each number.
         owner_only
             Only the owner (shared.owner) publishes it.
         initial_only
-            It is published in begin(), and does not change.
+            It is published in begin() and does not change.
         up_to
-            `length` is the largest one.
+            `length` is the maximum.
 
         Raises
         ------
@@ -227,19 +229,19 @@ class Lab(Kit, Showing, Telling):
              "initial_only": bool(initial_only), "up_to": bool(up_to)})
 
     def publish(self, name: str, values: ArrayLike) -> None:
-        """Sets a field of this lab. It is in force in all labs at the next boundary.
+        """Sets a field of this lab. It is in force in all labs from the next boundary.
 
         Parameters
         ----------
         name
             A declared field.
         values
-            As many whole numbers as the field has.
+            `length` whole numbers; with `up_to`, that many or fewer.
 
         Raises
         ------
         ValueError
-            If the field is not declared, or the numbers are not as declared.
+            If the field is not declared, or there are too many or too few numbers, or they are not whole.
         """
         if name not in self._rules:
             raise ValueError(f"field {name!r} is not declared; declare it in begin()")
@@ -262,12 +264,12 @@ class Lab(Kit, Showing, Telling):
         lab
             One of `labs`.
         name
-            A field; one with `initial_only` has its value from the start on.
+            Name of the field; one with `initial_only` keeps its value from the start.
 
         Returns
         -------
         numpy.ndarray
-            (length) of int64; empty where the lab has not published it.
+            (length) of int64; empty if the lab has not published it.
 
         Raises
         ------

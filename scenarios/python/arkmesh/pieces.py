@@ -2,6 +2,7 @@
 each frame, one row for each robot of the lab. Of robots that were never seen, numbers are NaN, whole numbers -1, and masks False."""
 from __future__ import annotations
 
+import io
 import math
 import os
 import sys
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 ALL_LEDS = tuple(range(9))  # 8: unknown
+LARGEST_IMAGE = 16 << 20  # bytes
 
 
 def _number(name, value, low=-1e12, high=1e12):
@@ -51,11 +53,43 @@ def _callers_line():
     return f"{os.path.basename(frame.f_code.co_filename)}:{frame.f_lineno}"
 
 
+def _tiles_of(scenario, kept, image, columns, rows, levels):
+    """Levels from an image beside the scenario's file, whose bytes `kept` gets."""
+    try:
+        from PIL import Image  # type: ignore[import]  # pylint: disable=import-outside-toplevel
+    except ImportError as error:
+        raise ValueError("a floor from an image needs Pillow (python3-pil)") from error
+    path = scenario.parent / image
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ValueError(f"cannot read the image {path}: {error.strerror}") from error
+    if len(data) > LARGEST_IMAGE:
+        raise ValueError(f"{image} has {len(data)} bytes, and the limit is {LARGEST_IMAGE}; use a smaller image")
+    if path.is_relative_to(scenario.parent) and ".." not in path.relative_to(scenario.parent).parts:
+        kept[path.relative_to(scenario.parent).as_posix()] = data  # kept with the run, so that it can be repeated
+    try:
+        with Image.open(io.BytesIO(data)) as opened:
+            if opened.mode.startswith(("I", "F")):  # Pillow gives 16 bits as 32
+                deep = numpy.asarray(opened)
+                if deep.min() < 0 or deep.max() > 65535 or opened.mode == "F":
+                    raise ValueError("it has 32-bit greys; use 8 or 16 bits")
+                opened = Image.fromarray((deep >> 8).astype(numpy.uint8))
+            elif opened.mode in ("RGBA", "LA", "PA") or "transparency" in opened.info:  # what is transparent is white
+                opened = Image.alpha_composite(Image.new("RGBA", opened.size, "white"), opened.convert("RGBA"))
+            grey = numpy.asarray(opened.convert("L").resize((columns, rows), Image.BOX))
+    except (OSError, ValueError, Image.DecompressionBombError) as error:
+        raise ValueError(f"{image} cannot be read as an image: {error}") from error
+    return ((255 - grey[::-1].astype(int)) * levels // 256).astype(numpy.uint8)  # an image's first row is its highest
+
+
 def _whole_numbers(sensed):
     return numpy.nan_to_num(sensed, nan=-1).astype(int)
 
 
 class Piece:
+    """A piece of the kit; the lab updates it."""
+
     columns = 1
 
     def __init__(self, lab, number, columns=None):
@@ -82,7 +116,7 @@ def _leds(leds):
 
 
 class Eyes(Piece):
-    """What is near in each sector: `distance` (n, sectors) in metres, infinite where nothing is within reach."""
+    """A proximity sensor: `distance` (n, sectors) in metres, infinite where nothing is within reach."""
 
     @property
     def distance(self) -> NDArray[numpy.float64]:
@@ -91,13 +125,13 @@ class Eyes(Piece):
 
     @property
     def bits(self) -> NDArray[numpy.int64]:
-        """Of each robot, one number: a bit for each sector in which something is near, the first sector's highest."""
+        """(n) a bit for each sector with something within reach, the first sector's highest; -1 for robots never seen."""
         bits = (self.sensed >= 0) @ (1 << numpy.arange(self.columns - 1, -1, -1))
         return numpy.where(numpy.isnan(self.sensed[:, 0]), -1, bits)
 
 
 class Crowd(Piece):
-    """`count` (n): how many robots are near each robot."""
+    """A count of robots: `count` (n) near each robot."""
 
     @property
     def count(self) -> NDArray[numpy.int64]:
@@ -127,14 +161,14 @@ class Trail(Piece):
         return _whole_numbers(self.sensed[:, 3])
 
     def lay(self, who: ArrayLike, amount: ArrayLike = 1.0) -> None:
-        """In frame(): robots lay where the frame has them. All labs have it from the next boundary on.
+        """Lays pheromone at robots' positions, in frame(). It is in force in all labs from the next boundary.
 
         Parameters
         ----------
         who
-            A mask over the rows, or ids.
+            (n) a mask over the rows, or ids.
         amount
-            0 or more: one number, or one for each of them.
+            Amount for each robot, 0 or more: one number, or one for each row or id.
 
         Raises
         ------
@@ -155,27 +189,28 @@ class Trail(Piece):
 
 
 class Region(Piece):
-    """A part of the shared world. `inside` (n): whether a robot is in it. As merged at the last boundary, alike in all labs: `robots`, how many
-    of all labs are in it and count; `stock`, what is left of its resource; `share`, what each of them got of it in the last period."""
+    """A part of the shared world. `inside` (n): which robots are in it. The others are as of the last boundary, equal in all labs: `robots`, the number
+    of counting robots of all labs in it; `stock`, the rest of its resource; `share`, the amount that each of them took in the last period.
+    """
 
     @property
     def inside(self) -> NDArray[numpy.bool_]:
-        """(n) of bool: who is in it."""
+        """(n) of bool: which robots are in it."""
         return self.sensed[:, 0] == 1
 
     @property
     def robots(self) -> int:
-        """How many of all labs are in it and count, at the last boundary."""
+        """Number of counting robots of all labs in it, at the last boundary."""
         return int(self._world[0])
 
     @property
     def stock(self) -> float:
-        """What is left of its resource, at the last boundary."""
+        """Rest of its resource, at the last boundary."""
         return float(self._world[1])
 
     @property
     def share(self) -> float:
-        """What each robot in it got of it in the last period."""
+        """Amount of the resource that each robot in it took in the last period."""
         return float(self._world[2])
 
 
@@ -189,8 +224,9 @@ class Floor(Piece):
 
 
 class Towards(Piece):
-    """Where a place of the shared world lies for each robot: `bearing` (n) from its heading, counter-clockwise, and `distance` (n) in
-    the shared world."""
+    """Direction of a place of the shared world: `bearing` (n) from each robot's heading, counter-clockwise, and `distance` (n) in
+    the shared world.
+    """
 
     columns = 2
 
@@ -205,19 +241,25 @@ class Towards(Piece):
         return self.sensed[:, 1]
 
     def sector(self, sectors: int) -> NDArray[numpy.int64]:
-        """(n) of so many equal sectors, 0 around straight ahead, then counter-clockwise.
+        """Returns the sector of the bearing.
 
         Parameters
         ----------
         sectors
-            How many.
+            Number of equal sectors, the first centred straight ahead, then counter-clockwise.
+
+        Returns
+        -------
+        numpy.ndarray
+            (n) of int, from 0; -1 for robots never seen.
         """
         return _whole_numbers(numpy.floor(self.bearing / (2 * math.pi) * sectors + 0.5) % sectors)
 
 
 class Gps(Piece):
-    """Where each robot is, as whole numbers: `column` and `row` (n) of the cell that it is in or next to, from the left and from below, and
-    `heading` (n) as one of so many directions, 0 around x, then counter-clockwise."""
+    """Each robot's pose as whole numbers: `column` and `row` (n) of its cell or the nearest one, from the left and from below, and
+    `heading` (n) as one of the directions, 0 around x, then counter-clockwise.
+    """
 
     def _cell(self, axis):
         cells = numpy.floor((self.sensed[:, axis] / self.size[axis] + 0.5) * self.cells[axis])
@@ -252,27 +294,27 @@ class Light(Piece):
 
 
 class Voices(Piece):
-    """What robots say to others in all labs. `heard` (n, values): how many others within range, or joined by the graph, say each value."""
+    """Messages between robots of all labs. `heard` (n, values): the number of others within reach, or joined by the graph, that say each value."""
 
     @property
     def heard(self) -> NDArray[numpy.int64]:
-        """(n, values) how many others say each value."""
+        """(n, values) number of others that say each value."""
         return _whole_numbers(self.sensed)
 
     def say(self, who: ArrayLike, value: ArrayLike) -> None:
-        """In frame(): what robots say from now on.
+        """Sets what robots say from now on, in frame().
 
         Parameters
         ----------
         who
-            A mask over the rows, or ids.
+            (n) a mask over the rows, or ids.
         value
-            One, or one for each of them; -1 is silence.
+            From 0, or -1 for silence: one number, or one for each row or id.
 
         Raises
         ------
         ValueError
-            If a value is beyond those of voices().
+            If a value is not below `values` of voices().
         """
         rows, by_ids = self._lab._rows(who)
         each = numpy.broadcast_to(self._lab._chosen("value", value, -1, self.columns - 1, rows, by_ids), len(rows))

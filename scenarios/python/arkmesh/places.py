@@ -13,16 +13,16 @@ _FAR = 1 << 30  # cells from the origin
 
 
 def within(xy: ArrayLike, others: ArrayLike, reach: float) -> NDArray[numpy.bool_]:
-    """Tells for each place whether one of the others is near. NaN is near nothing.
+    """Tests for each place whether one of the others is near. NaN is near nothing.
 
     Parameters
     ----------
     xy
-        (n, 2) places, metres.
+        (n, 2) places, in metres.
     others
-        (m, 2) places in the same frame, metres.
+        (m, 2) places in the same frame, in metres.
     reach
-        Metres; a place at just this distance is near.
+        Largest distance in metres, inclusive.
 
     Returns
     -------

@@ -3,43 +3,19 @@ from __future__ import annotations
 
 import collections.abc
 import contextlib
-import csv
 import functools
 import importlib
 import json
-import os
 import pathlib
 import struct
 import sys
-from typing import Any, Iterator, Optional, Union
+from typing import Any, Iterator, Optional
 
 import numpy
 from numpy.typing import NDArray
 
 from .session import call
-
-
-def read_table(path: PathLike) -> NDArray[Any]:
-    """A CSV file with a header as a structured array: a column holds whole numbers, else numbers (nothing is NaN), else texts."""
-    with open(path, newline="", encoding="utf-8") as file:
-        names, *rows = csv.reader(file)
-    columns = [_column(name, [row[i] for row in rows]) for i, name in enumerate(names)]
-    out = numpy.zeros(len(rows), [(name, column.dtype) for name, column in zip(names, columns)])
-    for name, column in zip(names, columns):
-        out[name] = column
-    return out
-
-
-def _column(name, cells):
-    texts = numpy.array(cells, dtype=str)
-    if name == "why" or name.endswith("hash"):  # nothing is no number; hexadecimal digits may look like one
-        return texts
-    for convert in (lambda: texts.astype(numpy.int64), lambda: numpy.where(texts == "", "nan", texts).astype(float)):
-        try:
-            return convert()
-        except (ValueError, OverflowError):
-            pass
-    return texts
+from .tables import PathLike, read_table
 
 
 # pose_frame_t of lcmtypes, as LCM packs it: fingerprint, stamp_us, number, part, parts, n_objects, n_robots; objects; robots.
@@ -81,9 +57,6 @@ def _frames_of(log):
     return out
 
 
-PathLike = Union[str, "os.PathLike[str]"]
-
-
 class Rows(collections.abc.Mapping):
     """A lab's tables by name, each a structured array."""
 
@@ -103,8 +76,9 @@ class Rows(collections.abc.Mapping):
 
 
 class Arrays:
-    """What a lab has of its run; a Run has that of its first lab. Frames are rows, robots columns in the order of `ids`; NaN, and an
-    LED of 8, where a robot was not seen."""
+    """Recorded data of a lab; for a Run, of its first lab. Arrays have a row per frame and a column per robot in the order of `ids`; positions and headings of unseen
+    robots are NaN, their LEDs 8.
+    """
 
     folder: pathlib.Path
     name: str
@@ -120,7 +94,7 @@ class Arrays:
 
     @property
     def ids(self) -> NDArray[numpy.uint32]:
-        """Robots that were ever seen."""
+        """Ids of all robots that were ever seen."""
         return self._lab._frames["ids"]
 
     @property
@@ -144,14 +118,36 @@ class Arrays:
         return self._lab._rows
 
     def to_xarray(self) -> Any:
-        """Returns an xarray.Dataset of x and y (m), heading (rad) and led by time (s) and robot. Raises ImportError without xarray."""
+        """Returns the poses for xarray.
+
+        Returns
+        -------
+        xarray.Dataset
+            x and y (m), heading (rad) and led by time (s) and robot.
+
+        Raises
+        ------
+        ImportError
+            If xarray is not installed.
+        """
         xarray = _library("xarray")
         about = {"x": ("m", self.xy[..., 0]), "y": ("m", self.xy[..., 1]), "heading": ("rad", self.heading), "led": ("", self.led)}
         return xarray.Dataset({name: (("time", "robot"), values, {"units": unit}) for name, (unit, values) in about.items()},
                               {"time": ("time", self.t_s, {"units": "s"}), "robot": self.ids}, {"lab": self._lab.name})
 
     def to_dataframe(self) -> Any:
-        """Returns a pandas.DataFrame with a row for each robot seen in each frame: time_s, robot, x_m, y_m, heading_rad, led. Raises ImportError without pandas."""
+        """Returns the poses for pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each robot seen in each frame: time_s, robot, x_m, y_m, heading_rad, led.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
         pandas = _library("pandas")
         time, robot = (each.ravel() for each in numpy.meshgrid(self.t_s, self.ids, indexing="ij"))
         seen = ~numpy.isnan(self.xy[..., 0].ravel())
@@ -166,15 +162,15 @@ class LabRun(Arrays):
     Attributes
     ----------
     name : str
-        The lab's.
+        Name of the lab.
     run : Run
         The whole run.
     folder : pathlib.Path
         The lab's folder.
     counts : dict of str to int
-        What the scenario counted in this lab.
+        The scenario's counts in this lab.
     result : dict
-        What result.json holds.
+        Contents of result.json.
     """
 
     def __init__(self, run: Run, name: str, folder: pathlib.Path):
@@ -247,24 +243,24 @@ def _plot(folder, time_s, width, title, out):
 
 
 class Run(Arrays):
-    """A run's folder. What a lab has, such as `xy` and `rows`, the run has of its first lab.
+    """A run's folder. The attributes of Arrays, such as `xy` and `rows`, are those of the first lab.
 
     Attributes
     ----------
     labs : dict of str to LabRun
-        Each lab by name.
+        The labs by name.
     counts : dict of str to int
-        Sums of all labs, and `name@lab` of each.
+        Sums over all labs, and `name@lab` for each.
     hash : str
-        Of what robots and sites did, 16 hexadecimal digits: equal runs have equal hashes. Empty until the run has ended.
+        Final hash, 16 hexadecimal digits; equal runs have equal hashes. Empty until the run has ended.
     seed : int
-        Of all that was random.
+        Seed of the run.
     state, ended : str
-        "running", "finished" or "failed", and why.
+        "running", "finished", "stopped", "failed" or "killed", and the reason.
     result : dict
-        What result.json holds.
+        Contents of result.json.
     folder : pathlib.Path
-        Where it lies.
+        The run's folder.
 
     Raises
     ------
@@ -290,12 +286,12 @@ class Run(Arrays):
         return self.labs[self.name]
 
     def export(self) -> pathlib.Path:
-        """Exports the run's tables as CSV, unless that was done.
+        """Exports the run's tables as CSV, unless they are exported already.
 
         Returns
         -------
         pathlib.Path
-            Their folder.
+            Folder of the tables.
 
         Raises
         ------
@@ -308,48 +304,48 @@ class Run(Arrays):
         return out
 
     def plot(self, time_s: Optional[float] = None, width: str = "page", title: Optional[str] = None, out: Optional[PathLike] = None) -> dict[str, Any]:
-        """Draws all arenas at a moment.
+        """Draws all arenas at one moment.
 
         Parameters
         ----------
         time_s
-            Lab time in seconds; by default the last.
+            Lab time in seconds; by default the last frame.
         width
             "column" (3.5 inches) or "page" (7.16 inches) of a journal.
         title
-            Above the figure, instead of its own.
+            Title of the figure.
         out
-            A file to write, .png, .jpg, .pdf or .svg.
+            File to write: .png, .jpg, .pdf or .svg.
 
         Returns
         -------
         dict of str to matplotlib.axes.Axes
-            By lab, in metres.
+            Axes by lab, in metres.
 
         Raises
         ------
         ValueError
-            If the run has no recording of that moment, or the width or kind of file is none of these.
+            If the run has no recording of that moment, or the width or file type is not one of these.
         """
         return _plot(self.folder, time_s, width, title, out)
 
     def curves(self, *series: str, width: str = "page", xlabel: Optional[str] = None, ylabel: Optional[str] = None,
                title: Optional[str] = None, out: Optional[PathLike] = None) -> dict[str, Any]:
-        """Draws what the run counted over lab time.
+        """Draws the run's counts over lab time.
 
         Parameters
         ----------
         series
-            Names; by default all.
+            Names of counts; by default all.
         width, title, out
             As in `plot()`.
         xlabel, ylabel
-            Instead of the words and units that the scenario gives.
+            Labels instead of the scenario's.
 
         Returns
         -------
         dict of str to matplotlib.axes.Axes
-            By series.
+            Axes by series.
 
         Raises
         ------
@@ -367,7 +363,7 @@ class Run(Arrays):
         Parameters
         ----------
         out
-            The file, .mp4; by default film.mp4 in the run's folder.
+            The .mp4 file; by default film.mp4 in the run's folder.
 
         Returns
         -------

@@ -7,7 +7,7 @@ _Call = TypeVar("_Call", bound=Callable[..., Any])
 
 
 def warn(former: str, now: str, level: int) -> None:
-    warnings.warn(f"{former} is now called {now}; the former name will go with the next version", DeprecationWarning, level + 1)
+    warnings.warn(f"{former} is now called {now}; the next version removes the former name", DeprecationWarning, level + 1)
 
 
 def renamed(**names: str) -> Callable[[_Call], _Call]:

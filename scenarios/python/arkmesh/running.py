@@ -27,7 +27,7 @@ def arguments_of(scenario, labs, seconds, settings, out):
         raise TypeError(f"{cls.__name__} is not a scenario; derive it from arkmesh.Scenario")
     if cls is None and scenario is not None and not isinstance(scenario, (str, os.PathLike)):
         what = type(scenario).__name__
-        raise TypeError(f"give the class, as arkmesh.run({what}, ...), not an object of it" if isinstance(scenario, Scenario)
+        raise TypeError(f"give the class, as arkmesh.run({what}, ...), not an instance of it" if isinstance(scenario, Scenario)
                         else f"a scenario is a class derived from arkmesh.Scenario, or a file, and no {what}")
     if not labs:
         raise TypeError("name the labs' files, as arkmesh.run(LightUp, \"a.toml\", \"b.toml\")")
@@ -69,27 +69,27 @@ def run(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, os.
     Parameters
     ----------
     scenario
-        A class derived from Scenario, with which this process answers; a file of Python; or a lab's file, if the labs' files name their scenario.
+        A class derived from Scenario, run in this process; a Python file; or a lab's file, if the labs' files name their scenario.
     labs
         The labs' files (.toml).
     seconds
-        Lab time of the run in seconds; by default what the labs' files say (run.duration_s).
+        Lab time of the run in seconds; by default run.duration_s of the files.
     seed
-        Of all that is random, a whole number from 0; by default that of the labs' files.
+        Seed of the run, a whole number from 0; by default that of the files.
     settings
-        Keys of the labs' files, of one lab as "LAB:KEY": {"gate.period_s": 1, "b:arena.robots": 5}.
+        Keys of the labs' files; for one lab as "LAB:KEY": {"gate.period_s": 1, "b:arena.robots": 5}.
     out
-        The run's folder; by default a new one in runs/.
+        Folder of the run; by default a new one in runs/.
 
     Returns
     -------
     Run
-        What the folder holds.
+        The recorded run.
 
     Raises
     ------
     Failed
-        If the run fails, or the labs' files are refused; its sentence says why.
+        If the run fails, or the labs' files are invalid; the message gives the reason.
     TypeError
         If no lab is named, or the scenario is neither a class nor a file.
     """
@@ -112,17 +112,17 @@ def batch(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     seeds
         Whole numbers from 0.
     jobs
-        Runs at a time. They share this process where the scenario is a class.
+        Number of parallel runs. With a class as scenario they share this process.
 
     Returns
     -------
     Batch
-        A row for each run; a failed one has its reason in the column `why`.
+        One row per run; a failed run has its reason in the column `why`.
 
     Raises
     ------
     Failed
-        If no run begins.
+        If no run starts.
     """
     settings = {"recorder.log": True, **(settings or {}), **({} if seconds is None else {"run.duration_s": seconds})}
     (_, *arguments), folder, cls = arguments_of(scenario, labs, None, settings, out)
@@ -134,9 +134,9 @@ def batch(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
 
 
 class lab:  # pylint: disable=invalid-name
-    """One lab as a loop: `with arkmesh.lab("a.toml", seconds=60) as lab: for frame in lab: ...`. Both are a Lab.
+    """One lab as a loop: `with arkmesh.lab("a.toml", seconds=60) as lab: for frame in lab: ...`. Both are a Loop.
 
-    Before the loop `lab` is as in a scenario's begin(). When the loop is left, the run ends as finished; when the block raises, as failed. Then
+    Before the loop `lab` is in the state of a scenario's begin(). Leaving the loop ends the run as finished, an exception in the block as failed. Afterwards
     `lab.run` is the Run.
 
     Parameters
@@ -146,14 +146,14 @@ class lab:  # pylint: disable=invalid-name
     seconds, seed, settings, out
         As in `run()`.
     every
-        The loop gets each k-th frame: a whole number from 1.
+        Iterate over each k-th frame: a whole number from 1.
     name
-        Of the table of settings, [scenario.NAME].
+        Name of the table of settings, [scenario.NAME].
 
     Raises
     ------
     Failed
-        If the lab ends before it begins, or the run fails.
+        If the lab ends before it starts, or the run fails.
     """
 
     def __init__(self, file, seconds=None, seed=None, settings=None, out=None, every=1, name="loop"):
@@ -204,7 +204,13 @@ class lab:  # pylint: disable=invalid-name
 
 
 class Loop(Lab):
-    """A lab that is iterated over: once for each frame."""
+    """A Lab that can be iterated over, once per frame; `arkmesh.lab` creates it.
+
+    Attributes
+    ----------
+    run : Run
+        The recorded run, after the `with` block; None before.
+    """
 
     def __init__(self, session, line, every):
         facts = json.loads(line.receive()[1])
@@ -244,6 +250,6 @@ class Loop(Lab):
         return kind
 
     def finish(self):
-        """Ends the run at the next boundary."""
+        """Ends the run at the next boundary, and waits for its end."""
         while self._answer({"finished": True}) and self._see_next():
             self._owed = {}

@@ -19,7 +19,7 @@ def check_every(every):
 
 
 class Scenario:
-    """Derive from it, once in a file. What you do not write does nothing.
+    """A scenario: derive from it, once per file. Methods that you do not define do nothing.
 
     Attributes
     ----------
@@ -90,8 +90,21 @@ class Scenario:
 
 
 class Solid:
-    """An obstacle, or an object that robots push: a disc of `radius`, or a polygon (then that is 0) with `corners`. An obstacle's
-    corners and `xy` are in the arena; an object's are as it lies at the start, and the lab's object_xy tells where it is."""
+    """An obstacle, or an object that robots push.
+
+    Attributes
+    ----------
+    name : str
+        Name of an object; empty for an obstacle.
+    radius : float
+        Radius of a disc, in metres; 0 for a polygon.
+    xy : numpy.ndarray
+        (2) position in the arena, in metres; of an object, its position at the start (lab.object_xy has the present one).
+    heading : float
+        Radians from +x, counter-clockwise; of an object, at the start.
+    corners : numpy.ndarray
+        (k, 2) corners of a polygon in the arena, in metres; of an object, at the start. Empty for a disc.
+    """
 
     def __init__(self, told):
         self.name, self.radius, self.heading = told["name"], told["radius_m"], told["heading"]
@@ -101,21 +114,21 @@ class Solid:
 
 
 class Others:
-    """The robots of all other labs as merged at the last boundary, by lab and id: a row for each."""
+    """The robots of all other labs as merged at the last boundary, one row each, in the order of lab and id."""
 
     def __init__(self, parts=()):
         self._parts = parts
 
     @cached_property
     def labs(self) -> NDArray[numpy.str_]:
-        """(n) the lab of each."""
+        """(n) the lab of each robot."""
         if len(self._parts) == 1:
             return numpy.full(len(self._parts[0][1]["ids"]), self._parts[0][0], "<U15")
         return numpy.repeat(numpy.array([name for name, _ in self._parts], dtype="<U15"), [len(robots["ids"]) for _, robots in self._parts])
 
     @cached_property
     def ids(self) -> NDArray[numpy.uint32]:
-        """(n) ids, each of its lab."""
+        """(n) the id of each robot in its lab."""
         return _joined(self._parts, "ids", (0,), numpy.uint32)
 
     @cached_property

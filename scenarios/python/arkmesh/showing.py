@@ -16,7 +16,7 @@ OWN_COLUMNS = ("run", "setting", "seed", "state", "why", "final_hash", "periods"
 
 
 class Showing:
-    """The methods of a Lab for people. No result depends on them."""
+    """The methods of a Lab for tables, counts and drawings. They do not influence the run."""
 
     _said: dict[str, Any]
     _columns: dict[str, list[str]]
@@ -32,9 +32,9 @@ class Showing:
         Parameters
         ----------
         table
-            Of a-z, 0-9 and _.
+            Name of the table, of a-z, 0-9 and _.
         **values
-            The columns by name, in the order of the table's first row.
+            The columns by name; the first row sets their order.
 
         Raises
         ------
@@ -55,14 +55,14 @@ class Showing:
         self._said.setdefault("rows", []).append([table, ",".join(columns), ",".join(cells)])
 
     def count(self, name: str, n: int = 1) -> None:
-        """Adds to a total of this lab. The run's result has the sum of all labs as `name`, and `name@LAB` of each.
+        """Adds to a total of this lab. The run's result has the sum of all labs as `name`, and each lab's total as `name@LAB`.
 
         Parameters
         ----------
         name
-            A text in one line without @.
+            One line of text without @.
         n
-            How much, 0 or more.
+            Whole number to add, 0 or more.
 
         Raises
         ------
@@ -74,16 +74,16 @@ class Showing:
         self._said.setdefault("counts", []).append([str(name), int(self._column("a count", n, 0, 2**53, 0))])
 
     def show(self, name: str, words: str = "", unit: str = "", curve: bool = False) -> None:
-        """In begin(): how pages and figures describe a count, a column or a setting.
+        """Sets how pages and figures describe a count, a column or a setting; in begin() only.
 
         Parameters
         ----------
         name
-            A count, a column of a table, "TABLE.COLUMN", or a setting that was asked for.
+            A count, a column of a table, "TABLE.COLUMN", or a setting that was requested.
         words, unit
-            What they read.
+            Label and unit.
         curve
-            Pages and figures draw it over lab time, in the order of these calls.
+            Draw it over lab time, in the order of these calls.
 
         Raises
         ------
@@ -98,14 +98,14 @@ class Showing:
         return self._show(f"series.{name}", words, unit, bool(curve))
 
     def legend(self, of: Union[str, int], words: str) -> None:
-        """In begin(): what a colour means, for the legends of pages and figures.
+        """Explains a colour in the legends of pages and figures; in begin() only.
 
         Parameters
         ----------
         of
-            A colour of what is drawn, by its meaning, or an LED, 0 to 8.
+            A drawing colour by its meaning, or an LED, 0 to 8.
         words
-            What it means.
+            Its meaning.
 
         Raises
         ------
@@ -127,18 +127,18 @@ class Showing:
         self._said.setdefault("shown", []).append({"of": of, "words": words, "unit": unit, "curve": curve})
 
     def circle(self, at: ArrayLike, radius: float, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
-        """Shows a circle in this arena until the next boundary, from period().
+        """Draws circles in this arena until the next boundary; in period().
 
         Parameters
         ----------
         at
-            (2) or (n, 2) places, metres of this arena.
+            (2) or (n, 2) centres, in metres of this arena.
         radius
             Metres.
         colour
             By its meaning, such as "site_easy", "resource", "pheromone" or "note".
         filled, dashed, label
-            How it looks, and a word beside it.
+            Style, and text beside it.
 
         Raises
         ------
@@ -148,7 +148,7 @@ class Showing:
         self._draw("circle", at, colour, filled, dashed, label, float(radius))
 
     def polygon(self, corners: ArrayLike, colour: str = "note", filled: bool = False, dashed: bool = False, label: str = "") -> None:
-        """Shows a polygon, as circle() does.
+        """Draws a polygon; see circle().
 
         Parameters
         ----------
@@ -160,7 +160,7 @@ class Showing:
         self._draw("polygon", corners, colour, filled, dashed, label)
 
     def line(self, points: ArrayLike, colour: str = "note", dashed: bool = False, label: str = "") -> None:
-        """Shows a line through points, as circle() does.
+        """Draws a line through points; see circle().
 
         Parameters
         ----------
@@ -172,12 +172,12 @@ class Showing:
         self._draw("line", points, colour, False, dashed, label)
 
     def text(self, at: ArrayLike, text: str, colour: str = "note") -> None:
-        """Shows a text, as circle() does.
+        """Draws a text; see circle().
 
         Parameters
         ----------
         at
-            (2) metres of this arena: the middle of the text.
+            (2) centre of the text, in metres of this arena.
         text
             One line.
         colour
@@ -186,18 +186,18 @@ class Showing:
         self._draw("text", at, colour, False, False, text)
 
     def raster(self, corner: ArrayLike, cell: float, values: ArrayLike, heading: float = 0.0, colour: str = "pheromone", label: str = "") -> None:
-        """Shows a quantity on a grid, as circle() is shown.
+        """Draws a quantity on a grid; see circle().
 
         Parameters
         ----------
         corner
-            (2) where the first row begins, metres of this arena.
+            (2) corner at which the first row begins, in metres of this arena.
         cell
-            A side, metres.
+            Side of a cell in metres.
         values
-            (rows, columns) from 0, not drawn, to 1, the fullest; rows go along `heading`, one after the other to its left.
+            (rows, columns) from 0, transparent, to 1, opaque; rows run along `heading`, each to the left of the one before.
         heading
-            Radians from +x.
+            Radians from +x, counter-clockwise.
         colour, label
             As of circle().
 

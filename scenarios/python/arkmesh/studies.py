@@ -41,25 +41,25 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     Parameters
     ----------
     scenario, labs, seconds, out
-        As in `run()`. The sweep itself is kept as `out`.sweep.toml.
+        As in `run()`. The sweep itself is saved as `out`.sweep.toml.
     settings
-        Values by key. A list is swept, anything else holds in all runs. A key without a dot is a setting of the scenario.
+        Values by key. A list is swept, any other value applies to all runs. A key without a dot is a setting of the scenario.
     seeds
-        The seeds that each combination runs with.
+        Seeds of each combination, whole numbers from 0.
     jobs
-        Runs at a time. They share this process where the scenario is a class.
+        Number of parallel runs. With a class as scenario they share this process.
     progress
-        Whether to show a bar on the standard error.
+        Show a progress bar on the standard error.
 
     Returns
     -------
     Batch
-        A row for each run, failed ones too, with the swept settings and the counts of all labs.
+        One row per run, including failed ones, with the swept settings and the counts of all labs.
 
     Raises
     ------
     Failed
-        If no run begins.
+        If no run starts.
     FileExistsError
         If `out` holds another sweep.
     """
@@ -75,7 +75,7 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     text = f"labs = {json.dumps([os.path.abspath(lab) for lab in labs])}\nseeds = {json.dumps([int(seed) for seed in seeds])}\n[sweep]\n"
     text += "".join(f"{json.dumps(key)} = {json.dumps(values, default=running.plain)}\n" for key, values in swept.items())
     if experiment.exists() and experiment.read_text() != text:
-        raise FileExistsError(f"{experiment} belongs to another sweep; give another `out`")
+        raise FileExistsError(f"{experiment} belongs to another sweep; choose another `out`")
     experiment.write_text(text)
     sets = arguments[len(labs):]
     session = Session(["batch", str(experiment), *sets, "--jobs", str(jobs)], cls is not None, progress)
@@ -86,23 +86,23 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
 
 
 def check(scenario: Union[Type[Scenario], str, os.PathLike], *, robots: int = 6, seconds: float = 10.0, settings: Optional[Mapping[str, Any]] = None) -> list[str]:
-    """Tries a scenario on two small simulated labs and tells what is wrong with it.
+    """Tries a scenario on two small simulated labs and reports its faults.
 
-    It runs twice with one seed, in which both runs must agree, and once with a single robot in each lab.
+    It runs twice with one seed, which must give equal results, and once with a single robot per lab.
 
     Parameters
     ----------
     scenario, settings
         As in `run()`.
     robots
-        Of each lab.
+        Number of robots per lab.
     seconds
         Lab time of each run in seconds.
 
     Returns
     -------
     list of str
-        A sentence for each fault, with file and line where there is one; empty if none was found.
+        A sentence for each fault, with file and line if known; empty if there is none.
     """
     found: list[str] = []
     with tempfile.TemporaryDirectory(prefix="arkmesh-check-") as place:

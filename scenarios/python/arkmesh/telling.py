@@ -30,7 +30,7 @@ def _nine_bytes(data):
 
 
 class Telling:
-    """The methods of a Lab that tell its robots something."""
+    """The methods of a Lab that send messages to its robots."""
 
     make: str
     ids: NDArray[numpy.uint32]
@@ -46,7 +46,7 @@ class Telling:
     _to_all: bytes
 
     def tell(self, who: ArrayLike, kind: ArrayLike = 0, value: ArrayLike = 0, slot: ArrayLike = 0, shown: Optional[ArrayLike] = None) -> None:
-        """What robots have to know: it is said at once when it changes, and again each second until the robot shows it.
+        """Tells robots a value until they show it: the lab sends it when it changes, and again each second. Call it for each frame.
 
         Parameters
         ----------
@@ -55,25 +55,25 @@ class Telling:
         kind, value, slot
             Whole numbers below `kinds`, `values` and 256: one, or one for each row or id. Kinds that exclude each other share a slot.
         shown
-            (n) a mask of who shows it; without one, a robot shows it when its LED is another one than at the change.
+            (n) a mask of robots that show it; by default, a robot shows it when its LED differs from that at the change.
 
         Raises
         ------
         ValueError
-            If a number is beyond its limits or not whole, a shape is another one, or an id is none of this lab's.
+            If a number is out of range or not whole, a shape does not match, or this lab has no robot of that id.
         """
         how = UNTIL_LED_CHANGES if shown is None else self._not_shown - self._column("shown", shown, 0, 1)  # SHOWN is one less
         self._say(who, kind, value, slot, how)
 
     def say(self, who: ArrayLike, kind: ArrayLike = 0, value: ArrayLike = 0, slot: ArrayLike = 0, every_s: float = 0.0) -> None:
-        """Says a word to robots once.
+        """Sends robots a value once.
 
         Parameters
         ----------
         who, kind, value, slot
             As in `tell()`.
         every_s
-            Seconds: called at each frame, a robot is told the newest in that slot once in so long; 0: at each call.
+            Seconds between messages: with a call for each frame, a robot gets the newest value of that slot at this interval; 0: at each call.
 
         Raises
         ------
@@ -83,19 +83,19 @@ class Telling:
         self._say(who, kind, value, slot, ONCE, _number("every_s", every_s, 0, 1e6))
 
     def drive(self, who: ArrayLike, left: ArrayLike, right: ArrayLike) -> None:
-        """Sets speeds of wheels. They are in force until the next ones, and said again to a robot that may lack them.
+        """Sets the speeds of wheels. They are in force until the next call; the lab repeats them to robots that may have missed them.
 
         Parameters
         ----------
         who
             (n) a mask over the rows, or ids.
         left, right
-            Metres a second, backwards below 0: one number, or one for each row or id.
+            Metres per second, negative backwards: one number, or one for each row or id.
 
         Raises
         ------
         ValueError
-            If robots cannot be driven, or not so fast.
+            If robots cannot be driven, or a speed exceeds `wheels_m_per_s`.
         """
         if not self.wheels_m_per_s:
             raise ValueError(f"drive: a {self.make} has no wheels that a lab can drive; only its own program moves it")
@@ -110,7 +110,7 @@ class Telling:
 
     @renamed(type="message_type")
     def message(self, data: Any, message_type: int, who: Optional[ArrayLike] = None, slot: ArrayLike = 0) -> None:
-        """Sends a whole message once. It takes the place of words to three robots.
+        """Sends a whole message once. It takes the airtime of values for three robots.
 
         Parameters
         ----------
@@ -119,31 +119,31 @@ class Telling:
         message_type
             0 to 127.
         who
-            (n) a mask over the rows, or ids: of simulated robots only. Without it, the message is to all.
+            (n) a mask over the rows, or ids, of simulated robots only. By default all robots.
         slot
-            Of what is to single robots, the newest in a slot counts, as with words.
+            For individual robots, the newest message of a slot replaces unsent older ones, as with `say()`.
 
         Raises
         ------
         ValueError
-            If a number is beyond its limits, or an arena of real robots is given `who`.
+            If a number is out of range, or `who` is given in an arena of real robots.
         """
         if who is not None and not self.whole_to_one:
-            raise ValueError("who: an overhead controller cannot send a whole message to single robots; omit who")
+            raise ValueError("who: an overhead controller cannot send a whole message to individual robots; omit who")
         self._said.setdefault("whole", []).append(
             {"type": self._type(message_type), "data": _nine_bytes(data), "slot": int(self._column("slot", slot, 0, 255, 0)),
              "robots": None if who is None else self.ids[self._rows(who)[0]].tolist()})
 
     @renamed(type="message_type")
     def parameters(self, data: Any, message_type: int) -> None:
-        """Repeats messages to all robots right before they begin, and before they run after a reset.
+        """Sends messages to all robots right before they start, and before they run after a reset.
 
-        Messages of one type that one call of the scenario gives, such as one for each robot with its id in `data`, replace former ones of that type.
+        The messages of one type from one call of the scenario, such as one per robot with its id in `data`, replace earlier ones of that type.
 
         Parameters
         ----------
         data, message_type
-            As in `message()`; 64 messages at most in all.
+            As in `message()`; at most 64 messages in all.
 
         Raises
         ------
