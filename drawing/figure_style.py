@@ -101,7 +101,7 @@ def add_looks(parser, words=("xlabel", "ylabel", "title")):
     """Options of every drawer."""
     parser.add_argument("--width", choices=list(WIDTHS_IN), default="page", help="as wide as a journal's column (3.5 inches) or page (7.16), which is the default")
     for name in words:
-        parser.add_argument("--" + name, help="words instead of those that the figure has by itself")
+        parser.add_argument("--" + name, help="label instead of the default one")
 
 
 def run(main):

@@ -181,11 +181,11 @@ def run(arguments, files=LABS, program=PROGRAM):
         labs = ending.enter_context(LabProcesses(files, out, overrides, own, program=program, enter=enter, lab_words=["--open"] if getattr(arguments, "open", False) else []))
         print(f"demo: {len(files)} labs and {len(files)} gateways run, each a process of its own; recording to {out}", flush=True)
         if arguments.federation:
-            print("demo: each lab is in a network of its own behind a router that lets nobody in; they meet at a NATS server outside, and it cannot read what they say", flush=True)
+            print("demo: each lab has its own network behind a router without open ports; they meet at a NATS server outside, which cannot read their messages", flush=True)
         elif enter:
-            print("demo: each lab is in a network of its own; a cable joins them, and their gateways speak TLS over it", flush=True)
+            print("demo: each lab has its own network; a cable joins them, and their gateways use TLS", flush=True)
         if arguments.emulated:
-            print("demo: roark's robots stand on an emulated testbed; they are asked who they are, and then play in real time", flush=True)
+            print("demo: roark's robots are on an emulated testbed; they are identified first, and then play in real time", flush=True)
         progress, pages = Progress(labs), Pages(labs)
         try:
             labs.wait(patience_s=max(600, 2 * arguments.seconds), each=lambda: (pages.show(), progress.show()))

@@ -162,7 +162,7 @@ def main(arguments):
         if channel == wanted:
             message = decode(data)
             print(f"--- {seconds:.6f} {channel}")
-            print("\n".join(text(message)) if message else f"{len(data)} bytes of a type that is not ours")
+            print("\n".join(text(message)) if message else f"{len(data)} bytes of an unknown type")
     if wanted is None:
         print(f"{'channel':<24}{'messages':>10}{'bytes':>12}{'seconds':>10}")
         for channel, (first, last, count, size) in sorted(seen.items()):

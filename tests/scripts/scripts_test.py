@@ -86,7 +86,7 @@ class Scripts(unittest.TestCase):
         shown = script("read_log.py", self.log, "shared").stdout
         self.assertIn("  robots[47]", shown)
         self.assertIn("    name = team", shown)
-        self.assertIn("a type that is not ours", script("read_log.py", self.log, "foreign").stdout)
+        self.assertIn("an unknown type", script("read_log.py", self.log, "foreign").stdout)
         missing = script("read_log.py", self.log, "nowhere")
         self.assertEqual((missing.returncode, "it holds: arena, foreign, shared" in missing.stderr), (1, True))
 

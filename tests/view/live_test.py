@@ -207,7 +207,7 @@ int main() { kilo_init(); debug_init(); kilo_start(setup, loop); return 0; }
             self.until("return document.querySelector('.said').textContent .startsWith('roark: reset: accepted')")
             self.wait_for(lambda: not walk())
             self.until("return document.querySelector('.said').textContent === 'roark: reset: accepted; robots told to stop; all robots were seen standing'")
-            self.until("return /^roark: robots are held by the operator; lab time runs on/.test(document.getElementById('kept').textContent)")
+            self.until("return /^roark: robots are held by the operator; lab time continues/.test(document.getElementById('kept').textContent)")
             self.driver.find_element(By.ID, "command-resume").click()
             self.wait_for(walk)
             self.until("return document.getElementById('kept').hidden")

@@ -191,7 +191,7 @@ test("what the page cannot read takes no more room the longer it goes on, and ev
   for (let i = 0; i < 5000; ++i) world.take({ kind: "message", lab: 1 + i, request: 0, t_us: 0, channel: "poses", data: good });
   world.take({ kind: "message", lab: 1, request: 0, t_us: 0, channel: "poses", data: good });
   assert.equal(world.not_understood.size, 101);
-  assert.equal(world.not_understood.get("lab 1 is none of 1"), 2);
+  assert.equal(world.not_understood.get("there is no lab 1 among 1"), 2);
   assert.equal(world.not_understood.get("other reasons"), 4900);
 });
 
@@ -389,7 +389,7 @@ test("words and small things", () => {
   assert.equal(token_of("#token=ab12"), "ab12");
   assert.equal(token_of(""), "");
   const at = (x) => ({ robots: [{ id: 1, x: 0, y: 0 }, { id: 2, x, y: 0 }] });
-  assert.match(differences(at(0), at(0.25)), /^1 robot lies apart; most: 2 by 250 mm$/);
+  assert.match(differences(at(0), at(0.25)), /^1 robot differs in position; largest differences: 2 by 250 mm$/);
   assert.deepEqual(align([{ t_s: [0, 2], y: [1, 2] }, { t_s: [1], y: [5] }]), [[0, 1, 2], [1, null, 2], [null, 5, null]]);
 });
 
@@ -421,7 +421,7 @@ test("whether robots stand is what cameras saw, never what was said", () => {
 });
 
 test("a banner stands while somebody keeps robots still in an experiment that goes on", () => {
-  assert.equal(kept_words("shark", paused({ not_standing: unseen })), "shark: robots are held by the operator; lab time runs on; robots told to stop; not seen standing: 17 (moving), 3, 40 (not in sight).");
+  assert.equal(kept_words("shark", paused({ not_standing: unseen })), "shark: robots are held by the operator; lab time continues; robots told to stop; not seen standing: 17 (moving), 3, 40 (not in sight).");
   assert.match(kept_words("shark", paused({ kept_still: "lost peer", phase: 1 })), /by a lost peer; the lab waits/);
   for (const none of [status(), paused({ kept_still: "not begun" }), paused({ kept_still: "end" }), paused({ phase: 0 }), paused({ phase: 3, outcome: 2 }), null]) assert.equal(kept_words("shark", none), "");
 });
@@ -438,7 +438,7 @@ test("a command was only said; what comes of it is told from statuses that are n
   assert.equal(hear(status()), "pause: accepted", "it may be from before");
   assert.equal(hear(paused({ not_standing: unseen })), "pause: accepted; robots told to stop; not seen standing: 17 (moving), 3, 40 (not in sight)");
   assert.equal(hear(paused()), "pause: accepted; robots told to stop; all robots were seen standing");
-  assert.equal(hear(status()), "pause: accepted; robots were told to run since");
+  assert.equal(hear(status()), "pause: accepted; robots have since been told to run");
   const reset = { name: "reset", refused: "", statuses: lab.statuses, took: false };
   lab.absorb("status", paused(), 0);
   assert.equal(order_words(reset, lab), "reset: accepted; robots told to stop", "that they stood may be from before the reset");

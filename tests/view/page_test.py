@@ -100,7 +100,7 @@ class PageTest(unittest.TestCase):
         self.until("return /▶ running/.test(document.getElementById('side').innerText)")
         self.until("return /waiting for roark: link down/.test(document.getElementById('side').innerText)")
         self.until("return /to_robots.replaced/.test(document.getElementById('side').textContent) && /round trip\\s+850 µs/.test(document.getElementById('side').innerText)")
-        self.js("[...document.querySelectorAll('#side summary')].find((s) => /^dropped for/.test(s.textContent)).click()")
+        self.js("[...document.querySelectorAll('#side summary')].find((s) => /of dropped messages$/.test(s.textContent)).click()")
         self.until("return document.querySelector('#side dl').innerText !== arguments[0]", self.js("return document.querySelector('#side dl').innerText"))  # panels are written anew
         self.until("return /to_robots.replaced/.test(document.getElementById('side').innerText)")  # what was unfolded stays so
         self.assertEqual(self.js("return [...arkmesh.world.not_understood]"), [])

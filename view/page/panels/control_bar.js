@@ -27,7 +27,7 @@ export function order_words(order, lab) {
   if (fresh < 1 || wanted === undefined || name === "arm" || name === "disarm") return said;
   if (wanted === "run") {
     if (name === "resume") return `${said}; robots told to run`;
-    return order.took ? `${said}; robots were told to run since` : said;
+    return order.took ? `${said}; robots have since been told to run` : said;
   }
   if (name === "resume") return keeper(status) && fresh > 1 ? `${said}; robots are still held by ${keeper_words(keeper(status))}` : said;
   order.took = true;

@@ -20,7 +20,7 @@ export class LinksPanel {
     this.element.hidden = !shown.length;
     patch(this.body, ...shown.map(({ lab, drops }) => h("div", { class: "lab" }, h("h2", {}, lab.name),
       ...(is_joined(lab) ? this.peers(lab, world) : []),
-      drops.length ? h("details", { open: this.unfolded.has(lab.name) }, h("summary", { onclick: () => this.fold(lab.name) }, `dropped for ${counted(drops.length, "reason")}`), table(["dropped", "count"], drops.map((c) => [c.name, number_words(c.value)]))) : h("p", {}, "nothing dropped"))));
+      drops.length ? h("details", { open: this.unfolded.has(lab.name) }, h("summary", { onclick: () => this.fold(lab.name) }, `${counted(drops.length, "counter")} of dropped messages`), table(["dropped", "count"], drops.map((c) => [c.name, number_words(c.value)]))) : h("p", {}, "nothing dropped"))));
   }
 
   /** @param {import("../world/lab.js").Lab} lab @param {import("../world/world.js").World} world */

@@ -62,7 +62,7 @@ export class Notices {
     const silence = silence_words(world, this.connection, now_ms);
     write(this.banner, silence ? [silence] : []);
     document.body.classList.toggle("apart", Boolean(silence));
-    const when = (/** @type {import("../wire/lcm.js").Message | null} */ status) => (status && world.about.mode === "recorded" ? `said at ${time_words(status.stamp_us)}: ` : "");
+    const when = (/** @type {import("../wire/lcm.js").Message | null} */ status) => (status && world.about.mode === "recorded" ? `at ${time_words(status.stamp_us)}: ` : "");
     write(this.kept, world.labs.filter((lab) => keeper(lab.status)).map((lab) => when(lab.status) + kept_words(lab.name, lab.status)));
     write(this.ended, ended_words(world));
   }

@@ -34,14 +34,14 @@ export class RobotPanel {
       /** @type {[string, string | Node][]} */
       const pairs = [
         ["robot", `${pick.lab}/${pick.id}${follow ? ", followed" : ""}`],
-        ["place", `x ${robot.x.toFixed(4)} m, y ${robot.y.toFixed(4)} m`],
+        ["position", `x ${robot.x.toFixed(4)} m, y ${robot.y.toFixed(4)} m`],
         ["heading", `${((robot.heading * 180) / Math.PI).toFixed(1)}°`],
         ["LED", led_names[Math.min(robot.led, 8)]],
       ];
       if ("confidence" in robot) pairs.push(["confidence", robot.confidence.toFixed(2)], ["seen", robot.age_us ? `${duration_words(robot.age_us)} before` : "in this frame"]);
       else {
         const fleet = seen_by.ghosts.find((f) => f.lab === pick.lab);
-        pairs.push(["told to", `${seen_by.name}, in its arena's frame`], ["age", fleet ? duration_words(seen_by.age_us(fleet)) : "–"]);
+        pairs.push(["received by", `${seen_by.name}, in its arena's frame`], ["age", fleet ? duration_words(seen_by.age_us(fleet)) : "–"]);
       }
       const told = lab?.told_to(pick.id) ?? [];
       const printed = lab?.texts.get(pick.id);

@@ -79,6 +79,6 @@ export function differences(a, b) {
     const other = b.robots.find((x) => x.id === r.id);
     return other ? [{ id: r.id, d: Math.hypot(r.x - other.x, r.y - other.y) }] : [];
   }).filter(({ d }) => d > 0).sort((x, y) => y.d - x.d);
-  if (!apart.length) return "all robots at the same places; other shared values differ";
-  return `${counted(apart.length, "robot lies", "robots lie")} apart; most: ${apart.slice(0, places_most).map(({ id, d }) => `${id} by ${distance_words(d)}`).join(", ")}`;
+  if (!apart.length) return "all robots at the same positions; other shared values differ";
+  return `${counted(apart.length, "robot differs", "robots differ")} in position; largest differences: ${apart.slice(0, places_most).map(({ id, d }) => `${id} by ${distance_words(d)}`).join(", ")}`;
 }

@@ -101,7 +101,7 @@ export function keeper_words(who) {
 export function kept_words(lab, status) {
   const who = keeper(status);
   if (!who) return "";
-  const time = word(status, "phase") === "going_on" ? "lab time runs on" : "the lab waits, and lab time runs on after that";
+  const time = word(status, "phase") === "going_on" ? "lab time continues" : "the lab waits, then lab time continues";
   return `${lab}: robots are held by ${keeper_words(who)}; ${time}; ${standing_words(status)}.`;
 }
 

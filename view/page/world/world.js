@@ -61,7 +61,7 @@ export class World {
    */
   take(frame) {
     const lab = this.labs[frame.lab];
-    if (!lab) return this.refuse(`lab ${frame.lab} is none of ${this.labs.length}`);
+    if (!lab) return this.refuse(`there is no lab ${frame.lab} among ${this.labs.length}`);
     const before = lab.newest.get(frame.channel);
     lab.newest.set(frame.channel, { t_us: frame.t_us, count: (before?.count ?? 0) + 1, bytes: frame.data });
     if (!decoded.has(frame.channel)) return false;
