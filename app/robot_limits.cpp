@@ -16,11 +16,11 @@ void check_robot_limits(const hal::Section& root, const lab::RunConfig& run, con
     return std::ranges::upper_bound(arena.robots, id) - arena.robots.begin();
   };
   if (!arena.robots.empty() && arena.robots.back() > arena.max_robot) {
-    const std::string sentence = fmt::format("only ids up to {} can be addressed one by one, {} of the {} robots",
+    const std::string sentence = fmt::format("ids above {} cannot be addressed individually; {} of the {} robots can",
                                              arena.max_robot, with_id_to(arena.max_robot), arena.robots.size());
     if (scenario.addresses_robots)
-      root.refuse("arena.robots", fmt::format("{}, as scenario {} does; use at most {} robots", sentence, scenario.name,
-                                              with_id_to(arena.max_robot)));
+      root.refuse("arena.robots", fmt::format("{}. Scenario {} addresses robots individually; use at most {} robots",
+                                              sentence, scenario.name, with_id_to(arena.max_robot)));
     spdlog::warn("{}: {}", run.lab, sentence);
   }
   if (scenario.kinds > arena.kinds || scenario.values > arena.values)

@@ -42,7 +42,7 @@ std::size_t jobs_of(const BatchOptions& options) {
 void list_runs(const app::BatchPlan& plan) {
   for (std::size_t setting = 0; setting < plan.settings(); ++setting)
     fmt::print("runs {}..{}: {}\n", setting * plan.seeds.size(), (setting + 1) * plan.seeds.size() - 1,
-               plan.factors.empty() ? "the labs as they are" : plan.name_of(setting));
+               plan.factors.empty() ? "the labs' own settings" : plan.name_of(setting));
   fmt::print("{} x {} = {}\n", hal::counted(plan.settings(), "setting"), hal::counted(plan.seeds.size(), "seed"),
              hal::counted(plan.runs(), "run"));
 }
@@ -78,7 +78,7 @@ int gather(const app::Batch& batch, const std::string& why_halted) {
 int run_all(const BatchOptions& options, app::Batch& batch, OperatorStop& stop, ProgressLine& line) {
   for (const hal::Config& lab : app::read_labs(batch.plan().labs_of(0), batch.plan().seeds.front()))
     for (const std::string& absent : lab.root().section("shared").get("absent", std::vector<std::string>()))
-      line.say(fmt::format("{} of shared.labs takes no part beside {}", absent,
+      line.say(fmt::format("{} of shared.labs does not take part beside {}", absent,
                            lab.root().section("lab").get("name", std::string())));
   const std::vector<std::size_t> open = batch.open_runs(options.retry);
   std::deque<app::RunTask> tasks;
@@ -176,13 +176,12 @@ void add_batch_command(CLI::App* command) {
   command->add_option("--slurm-option", options->slurm_options, "Passed to sbatch: --slurm-option=--partition=long")
       ->needs(slurm)
       ->allow_extra_args(false);
-  command->add_flag("--gather", options->gather, "Write the tables of ended runs, without starting any")
+  command->add_flag("--gather", options->gather, "Write the tables of finished runs; start none")
       ->excludes(index)
       ->excludes(slurm);
   command->add_flag("--retry", options->retry, "Repeat failed runs");
-  command->add_flag("--list", options->list, "List the runs without starting any");
-  auto* plot =
-      command->add_option("--plot", options->plot.column, "Draw this column of the table, without starting runs");
+  command->add_flag("--list", options->list, "List the runs; start none");
+  auto* plot = command->add_option("--plot", options->plot.column, "Draw this column of the table; start no runs");
   auto* over =
       command->add_option("--over", options->plot.over, "Key or choice along the horizontal axis")->needs(plot);
   plot->needs(over)->excludes(index)->excludes(slurm);

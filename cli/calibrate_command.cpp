@@ -60,7 +60,7 @@ struct CalibrateOptions {
   std::pair<int, int> ark_picture_px() const {
     const auto [width_px, height_px] = two_positive(size, 'x', "--size", "2048x1536 (pixels)");
     if (width_px < 1 || height_px < 1 || width_px > 100'000 || height_px > 100'000)
-      throw CLI::ValidationError("--size", "no camera has pictures of this size");
+      throw CLI::ValidationError("--size", "no camera takes pictures of this size");
     return {static_cast<int>(width_px), static_cast<int>(height_px)};
   }
 

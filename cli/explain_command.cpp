@@ -30,7 +30,7 @@ bool explain_channel(const ExplainOptions& options) {
   const auto of_named = std::ranges::find(labs, named, &gateway::LabRules::lab);
   const gateway::LabRules* const its = of_named == labs.end() ? nullptr : &*of_named;
   if (std::ranges::all_of(labs, [&](const gateway::LabRules& each) { return each.lab == named; }))
-    throw hal::ConfigError(fmt::format("{} is the file of lab {} itself; give that of the lab that {} it",
+    throw hal::ConfigError(fmt::format("{} is lab {}'s own file; give the file of the lab that {} it",
                                        options.files.front(), named, out ? "sends to" : "receives from"));
   bool passes = true;
   for (const gateway::LabRules& other : labs) {
@@ -48,7 +48,7 @@ bool explain_channel(const ExplainOptions& options) {
 void add_explain_command(CLI::App* command) {
   const auto options = std::make_shared<ExplainOptions>();
   command->add_option("channel", options->channel, "The channel, by its name in its own lab")->required();
-  command->add_option("file", options->files, "The labs' files; given those of both labs, explains the whole path")
+  command->add_option("file", options->files, "The file of one lab, or of both, which explains the whole path")
       ->required()
       ->check(CLI::ExistingFile);
   command->add_option("--to", options->to, "Receiving lab");

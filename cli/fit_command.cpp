@@ -70,7 +70,7 @@ void add_fit_command(CLI::App* command, RecordWalks record_walks) {
   robots->add_option("--out", options->out, "Output file")->capture_default_str();
   robots->add_option("--png", options->png, "Figure of each robot's fit (default: as --out, with .png)");
   robots->add_option("--lab", options->lab, "For a run of several labs: whose robots to fit");
-  robots->add_option("--seconds", options->walk.seconds, "For a lab's file: how long robots drive")
+  robots->add_option("--seconds", options->walk.seconds, "For a lab's file: driving time")
       ->check(CLI::Range(60.0, 1e5))
       ->capture_default_str();
   robots->add_option("--ids", options->walk.ids, "For a lab's file: which robots, such as 0-11,40 (default: all)");

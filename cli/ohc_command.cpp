@@ -121,7 +121,7 @@ void add_commands(CLI::App& ohc, const std::shared_ptr<OhcOptions>& options) {
   };
   add_plain("run", "Start the robots' program, or resume it after a pause", 1, type_run);
   add_plain("pause", "Stop the robots, which flash green; `run` resumes", 1, type_wakeup);
-  add_plain("reset", "Robots restart", 1, type_reset);
+  add_plain("reset", "Restart robots", 1, type_reset);
   add_plain("sleep", "Put robots to sleep; they listen every 8 s", 1, type_sleep);
   add_plain("wake", "Wake sleeping robots: pause, sent for longer than 8 s", 10, type_wakeup);
   add_plain("voltage", "Show each robot's battery level: green, blue, yellow, red", 1, type_voltage);

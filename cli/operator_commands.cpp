@@ -78,18 +78,17 @@ void tell(const OperatorWord& word, lab::RunningLab& lab, const Prove& prove, co
     throw std::runtime_error(hung.empty() ? why : hung);
   }
   if (ends && !lab.comes_to(ends_within, [&] { return lab.has_ended(); }))
-    throw std::runtime_error(
-        fmt::format("{} was told to end, but has not confirmed it within {} s", now.lab, ends_within.count()));
+    throw std::runtime_error(fmt::format("{} has not confirmed its end within {} s", now.lab, ends_within.count()));
   if (word.makes_stand) lab.comes_to(seen_within, [&] { return lab.has_ended() || lab.stands(); });
   const std::string missing = lab.not_standing();
   if (word.makes_stand && !lab.stands())
     throw hal::ExitError(
         hal::Exit::not_standing,
         fmt::format("{} told its robots to stop; not seen standing: {}. {}", now.lab,
-                    lab.should_stand() ? missing : "any, because it still wants them to run",
+                    lab.should_stand() ? missing : "all of them, because it still makes them run",
                     ends ? "It has ended; its guard repeats the stop for a minute, and arkmesh ohc PORT pause sends it "
                            "again"
-                         : "It repeats the stop until they are seen standing; stop by hand those that move"));
+                         : "It repeats the stop until they are seen standing; stop moving robots by hand"));
   fmt::print("{} {} {}{}{}\n", now.lab, word.done, now.period, lab.has_ended() ? "" : fmt::format(" ({})", now.state),
              word.makes_stand && !missing.empty() ? "; state unknown for robots " + missing : "");
 }
@@ -160,11 +159,12 @@ void add_operator_command(CLI::App* command) {
   if (word.at_others) {
     command
         ->add_option("--at", options->at,
-                     "Another lab, which accepts commands from this lab's operator; FILE is this lab's")
+                     "Send to another lab, which must accept commands from this lab's operator; FILE is this lab's")
         ->type_name("LAB")
         ->needs("file");
     command
-        ->add_flag("--world", options->world, "All labs of shared.labs that accept commands from this lab's operator")
+        ->add_flag("--world", options->world,
+                   "Send to all labs of shared.labs that accept commands from this lab's operator")
         ->excludes("--at")
         ->needs("file");
     examples += fmt::format(

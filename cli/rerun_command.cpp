@@ -45,10 +45,10 @@ int rerun(const RerunOptions& options) {
   const std::string now = result.at("final_hash").get<std::string>();
   const bool is_equal = now == recorded.final_hash();
   fmt::print("{}: final hash {}", is_equal ? "equal" : "different", now);
-  if (!is_equal) fmt::print(", and it was {}", recorded.final_hash());
+  if (!is_equal) fmt::print(", recorded {}", recorded.final_hash());
   if (const std::string first = recorded.first_difference(directory); !is_equal && !first.empty())
     fmt::print("; the first difference is in {}", first);
-  if (!is_equal && !run.finished()) fmt::print("; this one ended early: {}", hal::ended_in(result));
+  if (!is_equal && !run.finished()) fmt::print("; the repeated run ended early: {}", hal::ended_in(result));
   fmt::print("\n");
   return is_equal ? 0 : 1;
 }

@@ -92,7 +92,7 @@ int run(const RunOptions& options) {
   for (const auto& [lab, figures] : result.at("by_lab").items())
     for (const auto& note : figures.at("notes")) fmt::print("  lab {}: {}\n", lab, note.get<std::string>());
   for (const std::string lab : result.value("absent_labs", nlohmann::json::array()))
-    fmt::print("  {} of shared.labs takes no part\n", lab);
+    fmt::print("  {} of shared.labs does not take part\n", lab);
   fmt::print("  results in {0}\n  see it with arkmesh view {0}\n", directory.string());
   return code;
 }

@@ -60,7 +60,7 @@ int replay(const TestbedOptions& options) {
              hal::counted(poses.different, "frame differs", "frames differ"), 1000 * poses.most_m,
              poses.most_rad * 180 / std::numbers::pi);
   if (!poses.first_difference.empty()) fmt::print("poses: first in {}\n", poses.first_difference);
-  if (!poses.ended_by.empty()) fmt::print("poses: compared no further, because {}\n", poses.ended_by);
+  if (!poses.ended_by.empty()) fmt::print("poses: comparison ended early: {}\n", poses.ended_by);
   return poses.same() ? 0 : 1;
 }
 
@@ -70,8 +70,7 @@ void add_testbed_command(CLI::App* testbed) {
   const auto options = std::make_shared<TestbedOptions>();
   testbed->require_subcommand(1);
 
-  CLI::App* const keep =
-      testbed->add_subcommand("record", "Run one lab, and record everything that passes its devices");
+  CLI::App* const keep = testbed->add_subcommand("record", "Run one lab, and record all traffic of its devices");
   keep->add_option("file", options->lab.file, "The lab's configuration file")->required()->check(CLI::ExistingFile);
   keep->add_option("--out", options->lab.out, "Folder for the results and, in raw/, the record; empty or new")
       ->required();

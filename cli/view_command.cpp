@@ -133,11 +133,12 @@ void add_view_command(CLI::App* command) {
   command->add_option("--set", options->sets, "Override a key of the file: --set bus.hear=[\"192.0.2.7\"]")
       ->allow_extra_args(false);
   const char* const watched = "Watch a federation";
-  auto* const federation = command
-                               ->add_option("--federation", options->federation,
-                                            "Its NATS servers, as in gateway.connect; nothing is published")
-                               ->group(watched);
-  command->add_option("--experiment", options->experiment, "Its experiment: shared.experiment, or the scenario")
+  auto* const federation =
+      command
+          ->add_option("--federation", options->federation,
+                       "Its NATS servers, as gateway.connect; arkmesh view publishes nothing there")
+          ->group(watched);
+  command->add_option("--experiment", options->experiment, "Name of its experiment: shared.experiment, or the scenario")
       ->group(watched)
       ->needs(federation);
   federation->needs("--experiment");
@@ -147,10 +148,14 @@ void add_view_command(CLI::App* command) {
   command->add_option("--as", options->as, "Name of the key in that folder, if it holds several")
       ->group(watched)
       ->needs(federation);
-  command->add_option("--server-ca", options->connection.server_ca, "As gateway.server_ca")
+  command
+      ->add_option("--server-ca", options->connection.server_ca,
+                   "File of the CA certificates for its NATS servers, as gateway.server_ca")
       ->group(watched)
       ->needs(federation);
-  command->add_option("--credentials", options->connection.credentials, "As gateway.credentials")
+  command
+      ->add_option("--credentials", options->connection.credentials,
+                   "File of credentials for its NATS servers, as gateway.credentials")
       ->group(watched)
       ->needs(federation);
   command->footer(

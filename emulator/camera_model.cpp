@@ -50,7 +50,7 @@ CameraModel::CameraModel(int width_px, int height_px, double focal_px, double ce
   if (corner > farthest)
     throw std::invalid_argument("sees more than 71 degrees to the side; give it a longer focal_px");
   if (before < corner)
-    throw std::invalid_argument("has a distortion that folds the picture before its corners; use smaller coefficients");
+    throw std::invalid_argument("has a distortion that folds the image inside its corners; use smaller coefficients");
 }
 
 double CameraModel::focal_to_fit(int width_px, int height_px, const CameraPose& pose,

@@ -156,8 +156,8 @@ class EmulatedArena final : public hal::Arena, public hal::FaultPort {
     if (emulator_.nodes())
       config_.root().section("arena").section("ode").refuse(
           "robot",
-          "must be \"kilobot\" for arena.use = \"emulated\"; for others start `arkmesh emulator`, and take arena.use = "
-          "\"aseba\"");
+          "must be \"kilobot\" for arena.use = \"emulated\"; for other robots start `arkmesh emulator`, and set "
+          "arena.use = \"aseba\"");
     config_.refuse_unknown();
     const testbed::KilobotSettings settings = testbed::read_kilobot_settings(arena, request.lab, emulator_.cameras());
     if (!observer) observer = testbed::make_viewers(settings, request);

@@ -19,9 +19,10 @@ struct EmulatedConfig {
   std::filesystem::path file;  // of an emulator
 
   void fields(const hal::Section& emulated) {
-    emulated.field(
-        "file", file,
-        {.help = "the emulator's file", .sample = "\"arkmesh:experiments/emulator/roark.toml\"", .required = true});
+    emulated.field("file", file,
+                   {.help = "configuration file of the emulator",
+                    .sample = "\"arkmesh:experiments/emulator/roark.toml\"",
+                    .required = true});
   }
 };
 

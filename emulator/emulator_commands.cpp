@@ -170,7 +170,7 @@ std::string Emulator::robot_command(const std::vector<std::string_view>& words) 
   const hal::Pose pose = look()[static_cast<std::size_t>(*robot)].pose;
   seen_at_ = hal::LabTime{-1};
   if (words[2] == "take" || words[2] == "put") {
-    if (is_lifted(*robot)) return fmt::format("error: a hand holds robot {}", *robot);
+    if (is_lifted(*robot)) return fmt::format("error: robot {} is lifted by hand", *robot);
     if (words[2] == "take") {
       arena_->take_off(*robot);
       return "ok";

@@ -36,26 +36,29 @@ void check_lens(const hal::Section& section, CameraSettings camera, double width
 }  // namespace
 
 void CameraSettings::fields(const hal::Section& camera) {
-  camera.field("name", name, {.help = "part of its URL", .default_is = "camera and its number"});
-  camera.field("width_px", width_px, {{64, 8192}, "px", "of its pictures"});
-  camera.field("height_px", height_px, {{64, 8192}, "px", "likewise"});
-  camera.field("x_m", pose.x_m, {{-100, 100}, "m", "where it hangs"});
-  camera.field("y_m", pose.y_m, {{-100, 100}, "m", "likewise"});
-  camera.field("z_m", pose.z_m, {{0.1, 100}, "m", "above the arena"});
-  camera.field("look_x_m", look_x_m,
-               {.range = {-100, 100}, .unit = "m", .help = "what it looks at", .default_is = "x_m"});
-  camera.field("look_y_m", look_y_m, {.range = {-100, 100}, .unit = "m", .help = "likewise", .default_is = "y_m"});
-  camera.field("roll_deg", roll_deg, {{-360, 360}, "deg", "rotation about its axis"});
-  camera.field("focal_px", focal_px, {{0, 100'000}, "px", "0: as long as the whole arena fits"});
-  camera.field("centre_x_px", centre_x_px, {{-500, 500}, "px", "offset of the lens from the picture's centre"});
-  camera.field("centre_y_px", centre_y_px, {{-500, 500}, "px", "likewise"});
-  camera.field("distortion", distortion_terms, {{-10, 10}, "", "k1, k2, p1, p2, k3"});
-  camera.field("brightness", brightness, {{0.05, 4}, "", "of the whole picture"});
-  camera.field("vignetting", vignetting, {{0, 0.9}, "", "share of light lost in the corners"});
-  camera.field("blur_px", blur_px, {{0, 10}, "px", "s.d."});
-  camera.field("noise", noise, {{0, 30}, "", "s.d., of 255"});
-  camera.field("led_brightness", led_brightness, {{0, 10}, "", "1: the core saturates"});
-  camera.field("latency_s", latency, {{0, 2}, "s", "from exposure to the picture's arrival"});
+  camera.field("name", name, {.help = "name of the camera, part of its URL", .default_is = "camera and its number"});
+  camera.field("width_px", width_px, {{64, 8192}, "px", "width of the images"});
+  camera.field("height_px", height_px, {{64, 8192}, "px", "height of the images"});
+  camera.field("x_m", pose.x_m, {{-100, 100}, "m", "position of the camera"});
+  camera.field("y_m", pose.y_m, {{-100, 100}, "m", "position of the camera"});
+  camera.field("z_m", pose.z_m, {{0.1, 100}, "m", "height of the camera above the arena"});
+  camera.field(
+      "look_x_m", look_x_m,
+      {.range = {-100, 100}, .unit = "m", .help = "point of the arena on the optical axis", .default_is = "x_m"});
+  camera.field(
+      "look_y_m", look_y_m,
+      {.range = {-100, 100}, .unit = "m", .help = "point of the arena on the optical axis", .default_is = "y_m"});
+  camera.field("roll_deg", roll_deg, {{-360, 360}, "deg", "rotation about the optical axis"});
+  camera.field("focal_px", focal_px, {{0, 100'000}, "px", "focal length; 0: the longest that shows the whole arena"});
+  camera.field("centre_x_px", centre_x_px, {{-500, 500}, "px", "offset of the principal point from the image centre"});
+  camera.field("centre_y_px", centre_y_px, {{-500, 500}, "px", "offset of the principal point from the image centre"});
+  camera.field("distortion", distortion_terms, {{-10, 10}, "", "distortion coefficients k1, k2, p1, p2, k3"});
+  camera.field("brightness", brightness, {{0.05, 4}, "", "brightness of the whole image"});
+  camera.field("vignetting", vignetting, {{0, 0.9}, "", "share of light lost in the image corners"});
+  camera.field("blur_px", blur_px, {{0, 10}, "px", "s.d. of the blur"});
+  camera.field("noise", noise, {{0, 30}, "", "s.d. of the image noise, of 255"});
+  camera.field("led_brightness", led_brightness, {{0, 10}, "", "brightness of LEDs; at 1 their centres saturate"});
+  camera.field("latency_s", latency, {{0, 2}, "s", "time from exposure to arrival"});
 }
 
 void CameraSettings::check(const hal::Section& camera) {
@@ -67,11 +70,11 @@ void CameraSettings::check(const hal::Section& camera) {
 }
 
 void Scene::fields(const hal::Section& scene) {
-  scene.field("arena_grey", arena_grey, {{30, 250}, "", "of 255, where the light is 1"});
+  scene.field("arena_grey", arena_grey, {{30, 250}, "", "grey level of the arena, of 255, where the light is 1"});
   scene.field("texture", texture, {{0, 0.5}, "", "contrast of the mottled arena surface"});
   scene.field("wall_m", wall_m, {{0, 0.2}, "m", "width of the frame around the arena"});
-  scene.field("wall_grey", wall_grey, {{0, 250}, "", "of 255; robots are about 40"});
-  scene.field("light_slope", light_slope, {{0, 0.8}, "", "how much brighter the arena is on the lamp's side"});
+  scene.field("wall_grey", wall_grey, {{0, 250}, "", "grey level of the frame, of 255; robots have about 40"});
+  scene.field("light_slope", light_slope, {{0, 0.8}, "", "relative increase in brightness towards the lamp"});
   scene.field("light_from_deg", light_from_deg, {{-360, 360}, "deg", "direction of the lamp, from +x"});
   scene.field("shadow", shadow, {{0, 0.9}, "", "share of light that a robot blocks from the arena below it"});
   scene.field("cell_brightness", cell_brightness,
@@ -80,36 +83,37 @@ void Scene::fields(const hal::Section& scene) {
   scene.field("glare", glare, {{0, 1}, "", "strength of the lamp's reflection on each robot, on the lamp's side"});
   scene.field("domes", domes, {{0, 1}, "", "strength of the lamp's reflection in unlit LEDs"});
   scene.field("distractors", distractors,
-              {.help = "paper, cables and similar objects around the arena, stickers in it"});
+              {.help = "add paper, cables and similar objects around the arena, and stickers in it"});
   scene.field("robot_height_m", stated_height_m,
               {.range = {0, 0.3},
                .unit = "m",
-               .help = "height of Kilobots' boards, or of other robots' markers",
+               .help = "height of the Kilobots' boards, or of the other robots' markers",
                .default_is = "the robot's"});
   scene.field("markers", marker_family,
-              {.help = "the family of robots' markers", .one_of = tracker::MarkerFinder::families()});
+              {.help = "family of the robots' markers", .one_of = tracker::MarkerFinder::families()});
   scene.field("marker_m", marker_m, {{0.005, 1}, "m", "side of a marker's black square"});
 }
 
 void EmulatorConfig::Event::fields(const hal::Section& event) {
-  event.field("at_s", at, {{0, 1e7}, "s", "when"});
-  event.field("do", what, {.help = "a command, as for the control port", .sample = "\"say run\"", .required = true});
+  event.field("at_s", at, {{0, 1e7}, "s", "emulator time of the event"});
+  event.field("do", what, {.help = "a command of the control port", .sample = "\"say run\"", .required = true});
 }
 
 void EmulatorConfig::fields(const hal::Section& emulator) {
-  emulator.field("seed", seed, {.help = "of everything that is random"});
-  emulator.field("frames_per_s", frames_per_s, {{0.1, 240}, "1/s", "of every camera"});
-  emulator.field("exposure_s", exposure, {{0, 1}, "s", "of each picture"});
-  emulator.field("ids", ids, {.help = "kilo_uid of the robots", .one_of = {"in_order", "shuffled", "unassigned"}});
-  emulator.field("listen", listen, {.help = "address of the ports"});
-  emulator.field("camera_port", camera_port, {.help = "0: any free one"});
-  emulator.field("ohc_port", ohc_port, {.help = "of the overhead controller"});
+  emulator.field("seed", seed, {.help = "seed of all random numbers"});
+  emulator.field("frames_per_s", frames_per_s, {{0.1, 240}, "1/s", "frame rate of every camera"});
+  emulator.field("exposure_s", exposure, {{0, 1}, "s", "exposure time"});
+  emulator.field("ids", ids,
+                 {.help = "ids (kilo_uid) of the robots", .one_of = {"in_order", "shuffled", "unassigned"}});
+  emulator.field("listen", listen, {.help = "IP address of the ports"});
+  emulator.field("camera_port", camera_port, {.help = "port of the cameras' streams; 0: any free one"});
+  emulator.field("ohc_port", ohc_port, {.help = "port of the overhead controller"});
   emulator.field("nodes_port", nodes_port, {.help = "port of the robots' Aseba nodes, as behind one asebaswitch"});
-  emulator.field("control_port", control_port, {.help = "for commands"});
+  emulator.field("control_port", control_port, {.help = "port for commands"});
   std::filesystem::path link = ohc_link;
-  emulator.field("ohc_link", link, {.help = "a symbolic link to the controller's terminal"});
+  emulator.field("ohc_link", link, {.help = "symbolic link to create to the controller's pseudo-terminal"});
   ohc_link = link.string();
-  emulator.field("jpeg_quality", jpeg_quality, {{10, 100}, "", "of the cameras' pictures"});
+  emulator.field("jpeg_quality", jpeg_quality, {{10, 100}, "", "JPEG quality of the images"});
   emulator.field("scene", scene);
   emulator.field("camera", cameras);
   emulator.field("event", events);

@@ -104,7 +104,7 @@ std::string in_words(const Message& message, const hal::kilobot::WordLayout& lay
   if (message.type >= type_boot && message.type <= type_calibrate) return library[message.type - type_boot];
   if (message.type == layout.type) return composite(message, layout);
   if (message.type >= 118 && message.type <= 120)  // tracker/identity/id_code.hpp
-    return fmt::format("question of identification {}: {:02x}", message.type, fmt::join(message.data, " "));
+    return fmt::format("identification query {}: {:02x}", message.type, fmt::join(message.data, " "));
   return fmt::format("type {}: {:02x}", message.type, fmt::join(message.data, " "));
 }
 

@@ -12,34 +12,36 @@ namespace arkmesh::gateway {
 
 void ChannelRule::fields(const hal::Section& rule) {
   rule.field("allow", allow,
-             {.help = "channels that pass; '*' matches any characters, but never channels of commands to robots",
+             {.help = "channels to pass; '*' matches any characters, but never channels of commands to robots",
               .sample = "\"world\""});
-  rule.field("deny", deny, {.help = "instead of allow: channels that do not pass"});
-  rule.field(
-      "direction", direction,
-      {.help = "to the peers or from them", .one_of = {"export", "import"}, .sample = "\"export\"", .required = true});
-  rule.field("peers", peers, {.help = "the labs to which it applies. Empty: all"});
-  rule.field(
-      "delivery", delivery,
-      {.help = "of exports: deliver the newest message only, or every one in order", .one_of = {"latest", "ordered"}});
+  rule.field("deny", deny, {.help = "channels to block, instead of allow"});
+  rule.field("direction", direction,
+             {.help = "exports go to the peers, imports come from them",
+              .one_of = {"export", "import"},
+              .sample = "\"export\"",
+              .required = true});
+  rule.field("peers", peers, {.help = "labs to which the rule applies; empty: all"});
+  rule.field("delivery", delivery,
+             {.help = "delivery of exports: the newest message only, or every message in order",
+              .one_of = {"latest", "ordered"}});
   rule.field("rate_hz", rate_hz,
              {.range = {1e-3, 1e6},
               .unit = "Hz",
-              .help = "for each channel and peer. Excess exports wait, of \"latest\" only the newest; excess imports "
-                      "are refused, and a second's worth may come at once",
+              .help = "rate limit per channel and peer. Excess exports wait (of \"latest\" only the newest); excess "
+                      "imports are refused, after a burst of one second's worth",
               .sample = "10",
               .default_is = "no limit"});
   rule.field("bytes_per_s", bytes_per_s,
              {.range = {1, 1e12},
               .unit = "bytes/s",
-              .help = "likewise in bytes",
+              .help = "the same limit in bytes",
               .sample = "100000",
               .default_is = "no limit"});
 }
 
 void ChannelRule::check(const hal::Section& rule) {
   if (allow.empty() && deny.empty())
-    rule.refuse("", "says neither allow = \"CHANNEL\" nor deny = \"CHANNEL\"; write one of them");
+    rule.refuse("", "has neither allow = \"CHANNEL\" nor deny = \"CHANNEL\"; write one of them");
   if (!allow.empty() && !deny.empty()) rule.refuse("deny", "cannot be combined with `allow`; a rule has one of them");
   const char* const kind = allows() ? "allow" : "deny";
   if (!is_exported_name(pattern()))
@@ -47,11 +49,11 @@ void ChannelRule::check(const hal::Section& rule) {
                                   "space and '/', and '*' matches any of them",
                                   hal::max_channel_name));
   for (const std::string& peer : peers)
-    if (!hal::is_lab_name(peer)) rule.refuse("peers", fmt::format("'{}' is no lab name", peer));
+    if (!hal::is_lab_name(peer)) rule.refuse("peers", fmt::format("'{}' is not a lab name", peer));
   if (delivery != Delivery::latest && !(allows() && direction == Direction::exports))
-    rule.refuse("delivery", "has a meaning only in a rule that allows an export; remove it");
+    rule.refuse("delivery", "applies only to a rule that allows an export; remove it");
   for (const auto& [name, limit] : {std::pair("rate_hz", rate_hz), std::pair("bytes_per_s", bytes_per_s)})
-    if (!std::isnan(limit) && !allows()) rule.refuse(name, "has no meaning in a rule that denies; remove it");
+    if (!std::isnan(limit) && !allows()) rule.refuse(name, "does not apply to a rule that denies; remove it");
   key = rule.path();
   place = rule.place(kind);
 }

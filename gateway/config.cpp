@@ -25,9 +25,9 @@ void add_rule(const hal::Section& gateway, const char* key, Direction way, Deliv
               const std::string& channel, std::vector<ChannelRule>& rules) {
   if (!is_exported_name(channel))
     gateway.refuse(
-        key, fmt::format("'{}' is no channel that can be exported; a name has 1 to {} printable characters without "
-                         "space and '/'",
-                         channel, hal::max_channel_name));
+        key,
+        fmt::format("'{}' cannot be exported; a channel's name has 1 to {} printable characters without space and '/'",
+                    channel, hal::max_channel_name));
   rules.push_back({.allow = channel,
                    .direction = way,
                    .delivery = delivery,
@@ -44,7 +44,7 @@ void check_address(const hal::Section& section, std::string_view key, const std:
 }  // namespace
 
 void PeerConfig::fields(const hal::Section& peer) {
-  peer.field("lab", lab, {.help = "who", .sample = "\"roark\"", .required = true});
+  peer.field("lab", lab, {.help = "name of the peer", .sample = "\"roark\"", .required = true});
   peer.field(
       "connect", connect,
       {.help = "[SCHEME://]ADDRESS at which this gateway connects to it, for example tls://roark.example.org:7444; "
@@ -53,13 +53,13 @@ void PeerConfig::fields(const hal::Section& peer) {
   peer.field("import_rate_hz", limits.rate_hz,
              {.range = {1e-3, 1e6},
               .unit = "Hz",
-              .help = "messages that it may publish here, over all channels; more are refused",
+              .help = "limit of messages from this peer, over all channels; excess is refused",
               .sample = "1000",
               .default_is = "10000; arkmesh run: no limit"});
   peer.field("import_bytes_per_s", limits.bytes_per_s,
              {.range = {1, 1e12},
               .unit = "bytes/s",
-              .help = "likewise in bytes",
+              .help = "the same limit in bytes",
               .sample = "1000000",
               .default_is = "20000000; arkmesh run: no limit"});
 }
@@ -72,31 +72,32 @@ void PeerConfig::check(const hal::Section& peer) const {
 
 void GatewayConfig::fields(const hal::Section& gateway) {
   gateway.field("listen", listen,
-                {.help = "[tls://]HOST:PORT for peers that connect to us; without tls:// on 127.0.0.1 only"});
+                {.help = "[tls://]HOST:PORT on which to accept peers; without tls:// on 127.0.0.1 only"});
   gateway.field(
       "connect", connect,
       {.help = "[tls+]nats://HOST[:PORT],... : NATS servers where this lab meets those of shared.labs that have no "
                "entry in gateway.peers",
        .written = hal::without_secrets});
   gateway.field("server_ca", federation.server_ca,
-                {.help = "file of the certificates that sign those of NATS servers. Empty: the system's"});
+                {.help = "file of the CA certificates for NATS servers; empty: the system's"});
   gateway.field("credentials", federation.credentials,
-                {.help = "file of this lab's credentials for NATS servers (.creds). Empty: none"});
+                {.help = "file of this lab's credentials for NATS servers (.creds); empty: none"});
   gateway.field("encrypt", federation.encrypt,
-                {.help = "encrypts messages through NATS servers for the trusted labs; they are always signed"});
+                {.help = "encrypt messages through NATS servers for the trusted labs; they are always signed"});
   gateway.field(
       "watched", watched,
       {.help = "channels that arkmesh view --federation receives, five samples a second; [] disables watching"});
   gateway.field("keys", keys,
-                {.help = "folder of keys and trusted certificates (arkmesh keys). Empty: ~/.config/arkmesh/keys"});
+                {.help = "folder of keys and trusted certificates (arkmesh keys); empty: ~/.config/arkmesh/keys"});
   gateway.field("exports", latest,
-                {.help = "channels exported to all peers, newest message only; these rules follow gateway.rules"});
-  gateway.field("ordered", ordered, {.help = "channels exported to all peers with every message in order; likewise"});
+                {.help = "channels exported to all peers, newest message only; applied after gateway.rules"});
+  gateway.field("ordered", ordered,
+                {.help = "channels exported to all peers, every message in order; applied after gateway.rules"});
   gateway.field("imports", imports,
-                {.help = "channels imported from all peers; likewise. What no rule allows is refused"});
+                {.help = "channels imported from all peers; applied after gateway.rules. Other channels are refused"});
   gateway.field("max_message_bytes", max_message_bytes,
                 {{1 << 10, 64 << 20}, "bytes", "longer messages are neither sent nor accepted"});
-  gateway.field("outbox_bytes", outbox_bytes, {{1 << 10, 1LL << 32}, "bytes", "what may wait for one peer"});
+  gateway.field("outbox_bytes", outbox_bytes, {{1 << 10, 1LL << 32}, "bytes", "limit of data waiting for one peer"});
   gateway.field("window_bytes", flow.bytes,
                 {{4 << 10, 64 << 20},
                  "bytes",
@@ -105,8 +106,8 @@ void GatewayConfig::fields(const hal::Section& gateway) {
       "window_s", flow.delay,
       {{0.01, 10}, "s", "unacknowledged data is limited to what arrives within this time beyond the path's own delay"});
   gateway.field("metrics", metrics,
-                {.help = "HOST:PORT on this machine where Prometheus reads what `arkmesh status` shows, at /metrics, "
-                         "for example 127.0.0.1:9464. Empty: nowhere"});
+                {.help = "HOST:PORT on this machine that serves the values of `arkmesh status` to Prometheus at "
+                         "/metrics, for example 127.0.0.1:9464; empty: none"});
   gateway.field("peers", peers);
   gateway.field("rules", first_rules);
 }
@@ -165,7 +166,7 @@ void GatewayConfig::check(const hal::Section& gateway) {
   check_address(gateway, "metrics", metrics, why_not_loopback);
   for (const std::string& channel : watched)
     if (!is_exported_name(channel) || commands_robots(channel))
-      gateway.refuse("watched", fmt::format("'{}' is no channel that can be watched", channel));
+      gateway.refuse("watched", fmt::format("channel '{}' cannot be watched", channel));
   gather_rules(gateway);
   const std::size_t frames = max_message_bytes / max_frame_payload_bytes + 2;
   const std::size_t more = Outbox::overhead_bytes + frames * frame_header_bytes + max_hello_bytes;

@@ -130,12 +130,11 @@ std::vector<std::string> reload_gateways(const std::filesystem::path& file) {
     }
     answer.resize(bytes);
     if (answer.starts_with('!')) throw hal::ConfigError(answer.substr(1));
-    if (answer.empty()) answer = "a gateway has not answered within 5 s; SIGHUP makes it reload, too\n";
+    if (answer.empty()) answer = "a gateway has not answered within 5 s; send it SIGHUP to reload its rules\n";
   }
   if (full.empty()) return answers;
   std::string busy = fmt::format(
-      "{} of this file's gateways took no connection within 2 s; a gateway that has not "
-      "answered reloads on SIGHUP",
+      "{} of this file's gateways accepted no connection within 2 s; send SIGHUP to those that have not answered",
       hal::counted(full.size(), "socket with the name", "sockets with the name"));
   if (answers.empty()) throw std::runtime_error(busy);
   answers.push_back(busy + "\n");

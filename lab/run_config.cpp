@@ -17,15 +17,18 @@ constexpr std::string_view shared_gate_keys[] = {"gate.period_s", "gate.slack", 
 void RunConfig::fields(const hal::Section& root) {
   Participants::fields(root);
   const hal::Section run = root.section("run"), shared = root.section("shared"), gate = root.section("gate");
-  run.field("scenario", scenario, {.help = "the scenario that all labs run", .sample = "\"dhtf\"", .required = true});
-  run.field("seed", seed, {.help = "one for all labs; random streams are named lab/purpose"});
-  run.field("duration_s", duration, {.range = {1e-3, 1e7}, .unit = "s", .help = "whole periods"});
+  run.field("scenario", scenario,
+            {.help = "the scenario, the same in all labs", .sample = "\"dhtf\"", .required = true});
+  run.field("seed", seed, {.help = "seed of all random streams, the same in all labs"});
+  run.field("duration_s", duration,
+            {.range = {1e-3, 1e7}, .unit = "s", .help = "lab time of the run, in whole periods"});
   hal::Experiment{scenario}.fields(shared);  // it matters to gateways only
   shared.field("projection", projections);
-  shared.field("absent", absent, {.help = "labs of a file's shared.labs that take no part; written by `arkmesh run`"});
-  gate.field("period_s", period, {.range = {0.01, 3600}, .unit = "s", .help = "time between two exchanges"});
+  shared.field("absent", absent, {.help = "labs of shared.labs that do not take part; written by `arkmesh run`"});
+  gate.field("period_s", period, {.range = {0.01, 3600}, .unit = "s", .help = "exchange period"});
   exchange.fields(gate);
-  gate.field("slack", slack, {.range = {0, 8}, .unit = "periods", .help = "age of the states that are applied"});
+  gate.field("slack", slack,
+             {.range = {0, 8}, .unit = "periods", .help = "age of the peers' states that a lab applies"});
   enum class Mode { automatic, strict } mode = require_strict ? Mode::strict : Mode::automatic;
   gate.field("mode", mode,
              {.help = "\"strict\" refuses to run with an arena that cannot wait", .one_of = {"auto", "strict"}});
@@ -36,12 +39,12 @@ void RunConfig::fields(const hal::Section& root) {
   gate.field("patience_s", patience,
              {.range = {0, 1e6},
               .unit = "s",
-              .help = "how long a lab waits for a valid state of a peer, from its first sign of life"});
-  root.section("robots").field("absent_s", absent_after,
-                               {.range = {0.1, 1e6},
-                                .unit = "s",
-                                .help = "robots that reappear after this time are sent parameters and messages again, "
-                                        "in arenas that run in real time"});
+              .help = "longest wait for a valid state of a peer, after the peer's first sign of life"});
+  root.section("robots").field(
+      "absent_s", absent_after,
+      {.range = {0.1, 1e6},
+       .unit = "s",
+       .help = "in real-time arenas, robots that reappear after this time receive parameters and messages again"});
   safety.fields(root.section("safety"));
   sensors.fields(root.section("sensors"));
 }

@@ -12,17 +12,17 @@ void SafetyConfig::fields(const hal::Section& safety) {
       {.help = "labs whose operators may pause robots here and end the run, and resume while this lab is armed "
                "(arkmesh arm); \"*\": all of shared.labs"});
   safety.field("commands_per_s", commands_per_s,
-               {.range = {0.001, 100}, .unit = "1/s", .help = "how often each of these labs may resume, at most"});
+               {.range = {0.001, 100}, .unit = "1/s", .help = "rate limit of resume commands from each of these labs"});
   safety.field("pause_after_s", pause_after,
                {.range = {0, 1e6},
                 .unit = "s",
                 .help = "robots in real-time arenas pause after this time, and at least two periods, without a new "
                         "state of any peer; 0: never"});
-  safety.field("hung_s", hung_after,
-               {.range = {0, 3600},
-                .unit = "s",
-                .help = "a lab with real robots that gives no sign of life for this time counts as hung, and its guard "
-                        "stops the robots; 0: never"});
+  safety.field(
+      "hung_s", hung_after,
+      {.range = {0, 3600},
+       .unit = "s",
+       .help = "the guard stops the robots of a real-robot lab that shows no sign of life for this time; 0: never"});
   safety.field("missing", missing,
                {.range = {0, 1023},
                 .help = "how many robots may never have been identified when all should have stopped; with more, a "

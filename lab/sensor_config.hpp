@@ -12,11 +12,11 @@ struct SensorConfig {
 
   void fields(const hal::Section& sensors) {
     sensors.field("presence", presence,
-                  {.help = "what robots of other labs are to virtual sensors here: nothing, seen and counted, or seen "
+                  {.help = "how virtual sensors here sense robots of other labs: not at all, seen and counted, or seen "
                            "with a no-walk zone around each",
                    .one_of = {"none", "seen", "no-walk"}});
     sensors.field("no_walk_m", no_walk_m,
-                  {{0, 10}, "m", "radius of that zone, in this arena; 0: as far as two robots here that touch"});
+                  {{0, 10}, "m", "radius of that zone, in this arena; 0: the centre distance of two touching robots"});
   }
 };
 

@@ -32,8 +32,8 @@ void CreClientConversation::hear(const Message& message) {
   const auto robots = read_robots(message.text, side_cm_);
   if (message.word != Word::robots || !robots) return;
   if (robots->size() != count_)
-    return conflict(fmt::format("{}: mark.robots = {}, and the original server tells of {}: set mark.robots = {}",
-                                file_, count_, hal::counted(robots->size(), "robot"), robots->size()));
+    return conflict(fmt::format("{}: mark.robots = {}, but the original server reports {}; set mark.robots = {}", file_,
+                                count_, hal::counted(robots->size(), "robot"), robots->size()));
   robots_ = *robots;
 }
 

@@ -45,7 +45,7 @@ void CreGroundLab::check_resources() const {
                                        {"resources_south", settings_.resources_south, south}})
     if (ours != its)
       throw std::runtime_error(
-          fmt::format("scenario.cre.{} = {}, and the original has {}: set scenario.cre.{} = {} in all labs", key, ours,
+          fmt::format("scenario.cre.{} = {}, but the original has {}; set scenario.cre.{} = {} in all labs", key, ours,
                       its, key, its));
 }
 
@@ -99,8 +99,8 @@ void CreFlyingLab::on_period(lab::Lab& lab) {
     for (const std::int64_t side_um : ground_um)
       if (std::abs(static_cast<double>(side_um) * 1e-6 - wanted_m) > 1e-3)
         throw std::runtime_error(
-            fmt::format("the arena of {} is {} m wide, and the original's, {} m (mark.side_m), covers {} m of it by "
-                        "shared.projection: set that, or arena.width_m of {}",
+            fmt::format("the arena of {} is {} m wide, but the original's, {} m wide (mark.side_m), covers {} m of it "
+                        "by shared.projection; correct shared.projection, or arena.width_m of {}",
                         settings_.roles.ground, static_cast<double>(side_um) * 1e-6, lab.arena().width_m, wanted_m,
                         settings_.roles.ground));
   }

@@ -20,17 +20,16 @@ void DhtfServerConversation::hear(const Message& message) {
       break;
     case Word::ack:
       if (const auto n = std::ranges::count(inactive_, 1); n > 0 && init_ && !acked_)
-        spdlog::warn("{} of the labs' sites are inactive: the original client takes their tasks for done by it", n);
+        spdlog::warn("{} of the labs' sites are inactive; the original client counts their tasks as its own", n);
       acked_ = was_acked_ = init_.has_value();
       break;
     case Word::ready:
       // It keeps the Init of an earlier connection, and acknowledges no other.
-      if (!was_acked_)
-        return conflict("the original client plays with sites of another server: start it and this lab again");
+      if (!was_acked_) return conflict("the original client uses the sites of another server; restart it and this lab");
       if (!std::exchange(acked_, true))
         spdlog::warn(
-            "the original client plays on with sites of an earlier connection: if other labs had told it, start it and "
-            "all labs again");
+            "the original client continues with the sites of an earlier connection; if they came from other labs, "
+            "restart it and all labs");
       if (const auto levels = read_levels(message.text, ready_.size())) ready_ = *levels;
       break;
     default:
@@ -71,12 +70,12 @@ void DhtfClientConversation::hear_init(const std::string& text) {
   if (flavour_ == Flavour::argos || ready_said_) acked_ = ready_said_ = false;
   if (init->cells.size() != ready_.size())
     return conflict(
-        fmt::format("{}: scenario.dhtf.sites = {}, and the Init of the original server has {} sites ('{}'): "
-                    "set scenario.dhtf.sites = {} in all labs",
+        fmt::format("{}: scenario.dhtf.sites = {}, but the Init of the original server has {} sites ('{}'); set "
+                    "scenario.dhtf.sites = {} in all labs",
                     file_, ready_.size(), init->cells.size(), text, init->cells.size()));
   if (is_kept_ && *init != *init_)
-    return conflict(fmt::format("{} the original server was '{}' and came back as '{}'", lab::Peers::all_again,
-                                to_text(*init_), text));
+    return conflict(fmt::format("{} the original server returned with another Init: '{}' before, '{}' now",
+                                lab::Peers::all_again, to_text(*init_), text));
   init_ = init;
   is_told_ = true;
 }
@@ -88,7 +87,7 @@ void DhtfClientConversation::hear_accomplished(const std::string& text) {
     const bool is_done = (*levels)[i] == 1 && inactive_[i] == 0;
     executed_[i] += is_done;
     if (is_done && ended_)
-      spdlog::warn("the original server did the task of cell {} when the labs had ended: they do not count it",
+      spdlog::warn("the original server completed the task of cell {} after the labs had ended; they do not count it",
                    init_->cells[i]);
   }
   inactive_ = *levels;

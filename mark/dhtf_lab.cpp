@@ -47,10 +47,9 @@ void check_places(const lab::Lab& lab, const std::vector<int>& cells) {
     const double x_m = static_cast<double>(x_um[i]) * 1e-6, y_m = static_cast<double>(y_um[i]) * 1e-6;
     if (std::hypot(x_m - here.x_m, y_m - here.y_m) <= same_place_m) continue;
     throw std::runtime_error(
-        fmt::format("site {} (cell {}) is at {:.3f}, {:.3f} m of the shared world for {}, whose arena is {} m wide at "
-                    "scale {}, and "
-                    "at {:.3f}, {:.3f} m for the original, whose arena (mark.side_m) is {} m wide at scale {}: set "
-                    "shared.projection.{}.scale = {}",
+        fmt::format("site {} (cell {}) has different places in the shared world: {:.3f}, {:.3f} m for {}, whose arena "
+                    "is {} m wide at scale {}, but {:.3f}, {:.3f} m for the original, whose arena (mark.side_m) is {} "
+                    "m wide at scale {}; set shared.projection.{}.scale = {}",
                     i, cells[i], x_m, y_m, lab.owner(), static_cast<double>(arena_um.at(0)) * 1e-6,
                     lab.projection(lab.owner()).scale, here.x_m, here.y_m, side_m, scale, lab.name(),
                     lab.projection(lab.owner()).scale * static_cast<double>(arena_um.at(0)) * 1e-6 / side_m));
@@ -87,10 +86,8 @@ void DhtfClientLab::meet(lab::Lab& lab) {
   complete = complete && lab.initial_field(lab.owner(), "site_x_um").size() == sites &&
              lab.initial_field(lab.owner(), "site_y_um").size() == sites && read_init(to_text(init)).has_value();
   if (!complete)
-    throw std::runtime_error(
-        fmt::format("{} publishes no sites that the original can read; does it run "
-                    "the scenario of shared.owner?",
-                    lab.owner()));
+    throw std::runtime_error(fmt::format(
+        "{} publishes no sites that the original can read; is its scenario that of shared.owner?", lab.owner()));
   check_places(lab, init.cells);
   needed_ = needed_by(settings_, lab.name(), init.client_hard);
   talk_.set_init(std::move(init));

@@ -63,9 +63,9 @@ void Original::came() {
   heard_at_ = wall_.now();
   quiet_ = false;
   if (away_since_)
-    spdlog::warn("{} is back at {}, at {:.1f} s of lab time", name(), link_->place(), seconds(told_));
+    spdlog::warn("{} is connected again at {}, at {:.1f} s of lab time", name(), link_->place(), seconds(told_));
   else
-    spdlog::info("{} is there, at {}", name(), link_->place());
+    spdlog::info("{} is connected at {}", name(), link_->place());
   away_since_.reset();
   counters_.add("mark.connections");
   conversation_.came();
@@ -77,7 +77,7 @@ void Original::gone(const std::string& why) {
   told_before_ = told_;
   quiet_ = false;
   counters_.add("mark.lost");
-  spdlog::warn("{} is gone: {}", name(), why);
+  spdlog::warn("{} is disconnected: {}", name(), why);
   conversation_.gone();
 }
 
@@ -101,7 +101,7 @@ void Original::heard(std::string_view bytes) {
   unended_ = ticks_ == before ? unended_ + bytes.size() : 0;
   if (splitter_.counters()["mark.refused.nul"] >= surely)
     conversation_.conflict(
-        fmt::format("{} ends its messages with NUL, so it is ARGoS: set mark.flavour = \"argos\"", name()));
+        fmt::format("{} ends its messages with NUL, so it is ARGoS; set mark.flavour = \"argos\"", name()));
 }
 
 void Original::hear(const Message& message) {
@@ -143,7 +143,7 @@ bool Original::reached(hal::LabTime t) {
   if (!std::exchange(begun_, true)) {
     zero_ = heard_at_ = wall_.now();  // before it need not have said anything
     ticks_before_ = ticks_;
-    if (argos) spdlog::info("lab time begins with tick {} of {}", ticks_, name());
+    if (argos) spdlog::info("lab time starts at tick {} of {}", ticks_, name());
   }
   const bool goes_on = !away_since() || away_ == Away::goes_on;
   if (!argos && goes_on && wall_.now() >= zero_ + t) told_ = t;
@@ -171,8 +171,8 @@ void Original::skip() {
   standing_ += more;
   counters_.set("mark.skipped.ms", static_cast<std::uint64_t>(skipped_ / 1ms));
   if (!stood && standing_ > settings_.ahead && !away_since()) {
-    spdlog::warn("lab time stands still at {:.1f} s, {:.1f} s behind {}: it goes on by itself meanwhile",
-                 seconds(told_), seconds(settings_.ahead), name());
+    spdlog::warn("lab time stopped at {:.1f} s, {:.1f} s behind {}, which continues on its own", seconds(told_),
+                 seconds(settings_.ahead), name());
     conversation_.gone();
   }
   zero_ += more;
@@ -186,8 +186,7 @@ void Original::say_skipped() {
   const std::string tick =
       settings_.flavour == Flavour::argos ? fmt::format(" is tick {} of {}", ticks_ - to_hear_.size(), name()) : "";
   spdlog::warn(
-      "lab time {:.1f} s{}: {:.1f} s of the original have no lab time, since labs stood still or were slow; "
-      "{:.1f} s in all",
+      "lab time {:.1f} s{}: skipped {:.1f} s of the original, because labs stopped or were slow; {:.1f} s in all",
       seconds(told_), tick, seconds(skipped_ - skipped_said_), seconds(skipped_));
   skipped_said_ = skipped_;
 }
@@ -243,14 +242,14 @@ std::string Original::name() const {
 
 std::string Original::absence() const {
   if (quiet())
-    return fmt::format("{}, which is connected and has said nothing for {} s{}", name(),
+    return fmt::format("{}, which is connected but has sent nothing for {} s{}", name(),
                        std::chrono::floor<std::chrono::seconds>(wall_.now() - heard_at_).count(),
-                       unended_ == 0 ? "" : fmt::format(" but {} bytes without an end (mark.flavour)", unended_));
+                       unended_ == 0 ? "" : fmt::format(" except {} bytes without an end (mark.flavour)", unended_));
   if (link_->up()) return {};
   const std::string error = link_->error();
-  if (away_since_) return fmt::format("{}, which is gone: {}", name(), error);
+  if (away_since_) return fmt::format("{}, which is disconnected: {}", name(), error);
   if (role_ == Role::server)
-    return fmt::format("{}, which has not come to {}{}", name(), link_->place(),
+    return fmt::format("{}, which has not connected to {}{}", name(), link_->place(),
                        error.empty() ? "" : fmt::format(" ({})", error));
   return fmt::format("{} at {}{}", name(), link_->place(), error.empty() ? "" : fmt::format(": {}", error));
 }

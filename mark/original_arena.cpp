@@ -71,7 +71,7 @@ void OriginalArena::give_up_on_the_absent() {
   if (!since) return;
   if (on_lost_ == OnPeerLost::end && made_ > 0)
     throw std::runtime_error(
-        fmt::format("{}; start it and this lab again (gate.on_peer_lost = \"end\")", original_.absence()));
+        fmt::format("{}; restart it and this lab (gate.on_peer_lost = \"end\")", original_.absence()));
   if (on_lost_ == OnPeerLost::pause && wall_.now() - *since > patience_)
     throw std::runtime_error(fmt::format("gave up waiting after {} s (gate.patience_s) for {}",
                                          std::chrono::floor<std::chrono::seconds>(patience_).count(),
@@ -101,7 +101,8 @@ std::string OriginalArena::waiting_for() const {
   if (!conversation_->may_begin())
     what = fmt::format("{} of {}", conversation_->awaited(), what.empty() ? original_.name() : what);
   if (what.empty()) return {};
-  if (!original_.newest_refusal().empty()) what += fmt::format("; newest refused text: {}", original_.newest_refusal());
+  if (!original_.newest_refusal().empty())
+    what += fmt::format("; newest refused message: {}", original_.newest_refusal());
   return what;
 }
 

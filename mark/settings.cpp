@@ -22,11 +22,11 @@ double published_side_m(Flavour flavour, Role role, Experiment experiment) {
 void check_address(const hal::Section& mark, const Settings& s) {
   boost::system::error_code wrong;
   const auto ip = boost::asio::ip::make_address(s.address == "localhost" ? "127.0.0.1" : s.address, wrong);
-  if (wrong) mark.refuse("address", "is no IP address; write one such as 127.0.0.1");
+  if (wrong) mark.refuse("address", "is not an IP address; write one such as 127.0.0.1");
   if (!ip.is_loopback() && !s.allow_plaintext)
     mark.refuse("address",
-                "is not on this machine, and M-ARK speaks in plain text and asks nobody who he is: keep to 127.0.0.1 "
-                "and tunnel it (ssh -L), or say mark.allow_plaintext = true on a network that you trust");
+                "is not on this machine, and M-ARK neither encrypts nor authenticates; use 127.0.0.1 and a tunnel (ssh "
+                "-L), or set mark.allow_plaintext = true on a trusted network");
 }
 
 void check_arena(const hal::Section& root, const Settings& s) {
@@ -34,16 +34,15 @@ void check_arena(const hal::Section& root, const Settings& s) {
   const auto sides = arena.read<hal::ArenaSides>();
   for (const auto& [key, side] : {std::pair{"width_m", sides.width_m}, {"height_m", sides.height_m}})
     if (side != s.side_m)
-      arena.refuse(key, fmt::format("must be mark.side_m = {}, the side of the original's square arena (compiled into "
-                                    "it; set mark.side_m if yours was built with another)",
+      arena.refuse(key, fmt::format("must equal mark.side_m = {}, the side of the original's square arena (a constant "
+                                    "there; set mark.side_m if yours was built with another)",
                                     s.side_m));
 }
 
 void check_period(const hal::Section& root, const lab::RunConfig& run, const Settings& s) {
   if (run.period % s.period != hal::LabTime{0})
     root.section("gate").refuse(
-        "period_s", fmt::format("must be a whole multiple of mark.period_s = {}, in which the original says something "
-                                "once",
+        "period_s", fmt::format("must be a whole multiple of mark.period_s = {}, the original's message period",
                                 seconds(s.period)));
 }
 
@@ -54,25 +53,27 @@ double seconds(hal::LabTime t) {
 }
 
 void Settings::fields(const hal::Section& mark) {
-  mark.field("flavour", flavour, {.help = "which published program the original is", .one_of = {"argos", "ark_qt"}});
+  mark.field("flavour", flavour, {.help = "which published program the original runs", .one_of = {"argos", "ark_qt"}});
   mark.field("address", address,
-             {.help = "--server: of this machine, where the original comes; --client: where the original is"});
-  mark.field("port", port, {.range = {1, 65535}, .help = "a constant in the published programs"});
+             {.help = "with --server the address to listen on; with --client the address of the original"});
+  mark.field("port", port, {.range = {1, 65535}, .help = "TCP port, a constant in the published programs"});
   mark.field("allow_plaintext", allow_plaintext,
-             {.help = "address may be on another machine, though M-ARK neither encrypts nor asks who it is"});
+             {.help = "allow an address on another machine, although M-ARK neither encrypts nor authenticates"});
   mark.field("period_s", period,
              {.range = {0, 3600},
               .unit = "s",
-              .help = "the original says something once in this time: ARGoS's tick",
-              .default_is = "0.1 of argos, 2.0 of ark_qt"});
-  mark.field(
-      "side_m", side_m,
-      {.range = {0, 1e3}, .unit = "m", .help = "of the original's square arena", .default_is = "the published one"});
-  mark.field("robots", robots, {.range = {1, 400}, .help = "of an original flying swarm"});
+              .help = "message period of the original: ARGoS's tick",
+              .default_is = "0.1 for argos, 2.0 for ark_qt"});
+  mark.field("side_m", side_m,
+             {.range = {0, 1e3},
+              .unit = "m",
+              .help = "side of the original's square arena",
+              .default_is = "the published one"});
+  mark.field("robots", robots, {.range = {1, 400}, .help = "number of robots of an original flying swarm"});
   mark.field("read_bytes", read_bytes,
              {.range = {0, 65536},
               .unit = "bytes",
-              .help = "what the original reads at once",
+              .help = "size of the original's read buffer",
               .default_is = "30 in DHTF, 2000 in CRE"});
 }
 
@@ -86,7 +87,8 @@ Settings read_settings(const hal::Config& config, const lab::RunConfig& run, Rol
   if (s.read_bytes == 0) s.read_bytes = !argos ? 2047 : experiment == Experiment::dhtf ? 30 : 2000;
   if (experiment == Experiment::cre && !argos)
     mark.refuse("flavour",
-                "knows no CRE with positions, and run.scenario is \"cre\"; the branch that has them is not read");
+                "must be \"argos\": the supported version of this flavour has no CRE with positions, and run.scenario "
+                "is \"cre\"");
   check_address(mark, s);
   check_arena(root, s);
   check_period(root, run, s);

@@ -73,7 +73,8 @@ void Splitter::feed_ended(std::string_view bytes, std::vector<Message>& out) {
     } else {
       rest_ += c;
       if (rest_.size() <= longest_) continue;
-      refuse("too_long", rest_, "is longer than any message; an original without NUL bytes is ARK-Qt (mark.flavour)");
+      refuse("too_long", rest_,
+             "is longer than any message; an original that sends no NUL bytes is ARK-Qt (mark.flavour)");
       rest_.clear();
       skipping_ = true;
     }
@@ -82,13 +83,14 @@ void Splitter::feed_ended(std::string_view bytes, std::vector<Message>& out) {
 
 void Splitter::classify(std::vector<Message>& out) {
   if (grammar_.experiment == Experiment::dhtf) {
-    if (!classify_dhtf(out)) refuse("unknown", rest_, "is no message of it");
+    if (!classify_dhtf(out)) refuse("unknown", rest_, "is not one of its messages");
   } else if (grammar_.role == Role::server) {
     if (read_resources(rest_)) return out.push_back({Word::resources, rest_});
-    refuse("resources", rest_, "is not a digit 0 or 1 for each of 100 places");
+    refuse("resources", rest_, "is not 100 digits 0 or 1, one for each place");
   } else {
     if (read_robots(rest_, grammar_.side_cm)) return out.push_back({Word::robots, rest_});
-    refuse("robots", rest_, fmt::format("is not five digits for each robot, within 0 to {} cm", grammar_.side_cm));
+    refuse("robots", rest_,
+           fmt::format("is not five digits for each robot, with positions from 0 to {} cm", grammar_.side_cm));
   }
 }
 
@@ -104,14 +106,14 @@ bool Splitter::classify_dhtf(std::vector<Message>& out) {
     if (read_init(rest_))
       out.push_back({Word::init, rest_});
     else
-      refuse("init", rest_, "is not I, letters a to p that ascend, and two digits 0 or 1 for each");
+      refuse("init", rest_, "is not I, letters from a to p in ascending order, and two digits 0 or 1 for each");
     return true;
   }
   if (!rest_.starts_with(levels_first_)) return false;
   if (read_levels(rest_, grammar_.sites))
     out.push_back({levels_word_, rest_});
   else
-    refuse("levels", rest_, fmt::format("is not a digit 0 or 1 for each of {} sites", grammar_.sites));
+    refuse("levels", rest_, fmt::format("is not {} digits 0 or 1, one for each site", grammar_.sites));
   return true;
 }
 
@@ -146,7 +148,7 @@ std::size_t Splitter::take(std::vector<Message>& out) {
     return 1;
   }
   if (first == '\0') return skip("nul", 1, "ends a message, as ARGoS does (mark.flavour)");
-  if (!begins) return skip("unknown", 1, "begins no message of it");
+  if (!begins) return skip("unknown", 1, "does not begin one of its messages");
   if (first == levels_first_) return take_levels(out);
   return first == 'I' ? take_init(out) : take_fixed(out);
 }

@@ -37,7 +37,7 @@ StandIn::Made StandIn::make(const hal::Config& config, const lab::RunConfig& run
   leave_alone_other_arenas(config.root());
   const bool is_dhtf = run.scenario == "dhtf";
   if (!is_dhtf && run.scenario != "cre")
-    config.root().section("run").refuse("scenario", "is none that the original plays: \"dhtf\" or \"cre\"");
+    config.root().section("run").refuse("scenario", "must be \"dhtf\" or \"cre\", the scenarios of the original");
   OriginalParts parts;
   parts.role = role_;
   parts.settings = read_settings(config, run, role_, is_dhtf ? Experiment::dhtf : Experiment::cre);
@@ -65,21 +65,20 @@ StandIn::Made StandIn::make_dhtf(const hal::Config& config, const lab::RunConfig
   const auto sites = static_cast<std::size_t>(settings.sites);
   const bool owns = run.owner == run.lab;
   const Flavour flavour = parts.settings.flavour;
-  if (run.labs.size() < 2) root.section("shared").refuse("labs", "names no other lab, and the original plays with one");
+  if (run.labs.size() < 2) root.section("shared").refuse("labs", "names no other lab, but the original needs one");
   if (owns != (role_ == Role::client))
     root.section("shared").refuse(
-        "owner", owns ? "decides the sites, and the original is the client here, which decides nothing: name the lab "
-                        "that does"
-                      : fmt::format("must be \"{}\": the original is the server here, and decides the sites", run.lab));
-  if (settings.corners)
-    section.refuse("cells", "must be \"no_corners\": the original has no sites in the corners (compiled into it)");
+        "owner", owns ? "must be another lab: the original is the client here, and only its server decides the sites"
+                      : fmt::format("must be \"{}\": the original is the server here and decides the sites", run.lab));
+  if (settings.corners) section.refuse("cells", "must be \"no_corners\": the original never has sites in the corners");
   // Init and levels with their NUL.
   const std::size_t most = (static_cast<std::size_t>(parts.settings.read_bytes) - 2) / 3;
   if (flavour == Flavour::argos && role_ == Role::server && sites > most)
-    section.refuse("sites",
-                   fmt::format("is more than the original client can be told: it reads mark.read_bytes = {} at "
-                               "once, an Init of {} sites",
-                               parts.settings.read_bytes, most));
+    section.refuse(
+        "sites",
+        fmt::format(
+            "exceeds what the original client can read: its buffer (mark.read_bytes = {}) holds an Init of {} sites",
+            parts.settings.read_bytes, most));
   parts.grammar.sites = sites;
   Made made;
   if (role_ == Role::server) {
@@ -106,12 +105,11 @@ StandIn::Made StandIn::make_cre(const hal::Config& config, const lab::RunConfig&
                    fmt::format("must be \"{}\": the original is the {} here, which is the {} swarm", run.lab,
                                other_of(role_), role_ == Role::server ? "ground" : "flying"));
   if (static_cast<std::size_t>(settings.grid) * static_cast<std::size_t>(settings.grid) != places)
-    section.refuse("grid", "must be 10: the original has 100 places (compiled into it)");
+    section.refuse("grid", "must be 10: the original has 100 places");
   const double flying_side_m = role_ == Role::server ? parts.settings.side_m * flying_share : parts.settings.side_m;
   if (flying_side_m >= 1)
     root.section("mark").refuse("side_m",
-                                "makes a flying arena of 1 m or more, and the original has two digits for "
-                                "centimetres");
+                                "must give a flying arena below 1 m: the original writes centimetres with two digits");
   Made made;
   if (role_ == Role::server) {
     auto talk = std::make_unique<CreServerConversation>();

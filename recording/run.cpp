@@ -128,7 +128,8 @@ Run::Run(const fs::path& folder) : folder_(fs::absolute(folder / "").lexically_n
   const nlohmann::json result = hal::ResultFile(folder_).content();  // null: there is none
   if (!result.contains("absent_labs")) return;
   for (const auto& lab : result["absent_labs"])
-    if (lab.is_string()) left_out_.push_back(fmt::format("{} of shared.labs takes no part", lab.get<std::string>()));
+    if (lab.is_string())
+      left_out_.push_back(fmt::format("{} of shared.labs does not take part", lab.get<std::string>()));
 }
 
 std::string Run::name() const {

@@ -21,12 +21,13 @@ struct AirSettings {
   void fields(const hal::Section& ode) {
     ode.field("overhead_loss_edge", overhead_loss_edge,
               {.range = {0, 1}, .help = "overhead_loss in the arena's corners", .default_is = "overhead_loss"});
-    ode.field("overhead_distance_m", overhead_distance_m,
-              {{0, assumed_overhead_m}, "m", "that robots measure to the overhead controller; assumed, ARGoS has 0"});
-    ode.field("ir_noise_per_m", ir_noise_per_m, {{0, 1}, "", "what each metre of distance adds to ir_noise_m"});
-    ode.field("ir_flat_m", ir_flat_m, {{0, 1}, "m", "measured distances flatten towards this one; 0: they do not"});
+    ode.field(
+        "overhead_distance_m", overhead_distance_m,
+        {{0, assumed_overhead_m}, "m", "distance that robots measure to the overhead controller; assumed (ARGoS: 0)"});
+    ode.field("ir_noise_per_m", ir_noise_per_m, {{0, 1}, "", "increase of ir_noise_m per metre of distance"});
+    ode.field("ir_flat_m", ir_flat_m, {{0, 1}, "m", "limit that measured distances approach; 0: none"});
     ode.field("ir_reading_spread", ir_reading_spread,
-              {{0, 0.3}, "", "s.d. between pairs of robots of a factor on measured distances"});
+              {{0, 0.3}, "", "s.d., over pairs of robots, of a factor on measured distances"});
   }
 };
 

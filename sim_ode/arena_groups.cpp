@@ -64,7 +64,7 @@ hal::ArenaInfo info_of(const hal::ArenaConfig& config, const Settings& settings,
 void number_robots(const hal::Section& ode, Settings& settings, std::vector<GroupSettings>& groups,
                    std::vector<std::uint16_t>& named) {
   if (settings.ids.empty() && std::ranges::all_of(groups, [](const GroupSettings& g) { return g.ids.empty(); })) return;
-  if (!named.empty()) ode.refuse("ids", "is not for emulated robots; arena.emulator.ids says what theirs are");
+  if (!named.empty()) ode.refuse("ids", "does not apply to emulated robots; arena.emulator.ids sets their ids");
   int common = 0;
   for (const GroupSettings& group : groups) common += group.ids.empty() ? group.robots : 0;
   if (settings.ids.empty() && common > 0) settings.ids = {0};
@@ -100,11 +100,11 @@ std::vector<GroupSettings> groups_of(const hal::Section& ode, const Settings& se
                                         hal::counted(robots, "robot")));
   if (rest == 0 && !out.empty()) {
     if (!settings.start_poses.empty())
-      ode.refuse("start_poses", "are of robots in no group, and there are none; remove it");
+      ode.refuse("start_poses", "places robots that are in no group, and there are none; remove it");
     return out;
   }
   if (settings.controller.empty())
-    ode.refuse("controller", "is missing, and some robots are in no group; name the C file");
+    ode.refuse("controller", "is missing, but some robots are in no group; name their C file");
   out.push_back({settings, rest, settings.controller, settings.loops_per_tick, {}});
   return out;
 }

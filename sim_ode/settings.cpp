@@ -46,10 +46,10 @@ const char* kilobots_only(const Settings& given, const Settings& own) {
 
 void fields_of_program(const hal::Section& s, ProgramSources& program, int& loops_per_tick,
                        std::vector<std::int64_t>& ids) {
-  s.field("include", program.include, {.help = "folders with headers of that program, besides its own"});
-  s.field("define", program.define, {.help = "macros of that program, \"NAME\" or \"NAME=VALUE\""});
+  s.field("include", program.include, {.help = "further header folders of that program"});
+  s.field("define", program.define, {.help = "macros for that program, \"NAME\" or \"NAME=VALUE\""});
   s.field("loops_per_tick", loops_per_tick,
-          {.range = {1, 100'000}, .help = "calls of loop in a tick; on a robot thousands"});
+          {.range = {1, 100'000}, .help = "calls of loop per tick (on a robot, thousands)"});
   s.field("ids", ids, {{0, 65'535}, "", "robots' ids (kilo_uid), ascending; a single one is the first robot's"});
 }
 
@@ -95,8 +95,8 @@ void StartSettings::check(const hal::Section& ode) {
 }
 
 void GroupSettings::fields(const hal::Section& group) {
-  group.field("robots", robots, {{1, 100'000}, "", "how many"});
-  group.field("controller", controller.paths, {.help = "the C file that they run. Empty: that of [arena.ode]"});
+  group.field("robots", robots, {{1, 100'000}, "", "number of robots in the group"});
+  group.field("controller", controller.paths, {.help = "C file of the group's program; empty: that of [arena.ode]"});
   fields_of_program(group, controller, loops_per_tick, ids);
   StartSettings::fields(group);
 }
@@ -108,13 +108,13 @@ void GroupSettings::check(const hal::Section& group) {
 
 void PresetKey::fields(const hal::Section& ode) {
   ode.field("preset", preset,
-            {.help = "defaults of all other keys: simple, or as reported of real robots",
+            {.help = "defaults of the other keys: ideal robots, or values reported of real ones",
              .one_of = {"ideal", "measured", "measured_0"}});
 }
 
 void RobotKey::fields(const hal::Section& ode) {
   ode.field("robot", robot,
-            {.help = "make of the robots: Kilobots, or Thymios, which have wheels and start with their own program",
+            {.help = "make of the robots; Thymios have wheels and start with their own program",
              .one_of = {"kilobot", "thymio"}});
 }
 
@@ -122,52 +122,52 @@ void Settings::fields(const hal::Section& ode) {
   PresetKey::fields(ode);
   RobotKey::fields(ode);
   ode.field("controller", controller.paths,
-            {.help = "the C file that robots run; a list of files, or a folder of them, for a program of several",
+            {.help = "C file of the robots' program; a list or a folder for a program of several files",
              .sample = "\"arkmesh:scenarios/dhtf/controller/dhtf.c\"",
              .required = controller.empty() && ode.place("group").empty()});
   fields_of_program(ode, controller, loops_per_tick, ids);
-  ode.field("robots_file", robots_file, {.help = "a file with properties of single robots"});
+  ode.field("robots_file", robots_file, {.help = "file with properties of individual robots"});
   enum class OnFault { end, leave } on_fault = leave_failed ? OnFault::leave : OnFault::end;
   ode.field("on_fault", on_fault,
-            {.help = "a robot's program that crashes or hangs ends the run, or only stops that robot",
+            {.help = "when a robot's program crashes or hangs: end the run, or stop only that robot",
              .one_of = {"end", "leave"}});
   leave_failed = on_fault == OnFault::leave;
   StartSettings::fields(ode);
   ode.field("group", groups);
-  ode.field("solver", contacts.solver,
-            {.help = "solver of contacts: ODE, or a faster one of arkmesh for clusters that hold only robots",
-             .one_of = {"ode", "fast"}});
+  ode.field(
+      "solver", contacts.solver,
+      {.help = "contact solver: ODE, or arkmesh's faster one for clusters of robots only", .one_of = {"ode", "fast"}});
   ode.field("friction", contacts.friction, {{0, 10}, "", "friction coefficient between bodies and with walls"});
   ode.field("speed_m_per_s", speed_m_s, {{0, 0.1}, "m/s", "speed with both motors at their calibrated duty"});
   ode.field("turn_deg_per_s", turn_deg_per_s, {{0, 360}, "deg/s", "turn rate with one motor at its calibrated duty"});
-  ode.field("speed_spread", speed_spread, {{0, 0.5}, "", "s.d. of each motor's speed, as a share"});
+  ode.field("speed_spread", speed_spread, {{0, 0.5}, "", "relative s.d. of the motors' speeds"});
   ode.field("duty_spread", duty_spread, {{0, 20}, "", "s.d. of the calibrated duties, of 255"});
   ode.field("motion_noise", motion_noise, {{0, 0.5}, "", "s.d. of a factor on speed and turn rate, drawn each tick"});
   ode.field("turn_noise_deg_per_s", turn_noise_deg_per_s,
-            {{0, 90}, "deg/s", "s.d. of a turn rate that wanders while a robot moves"});
+            {{0, 90}, "deg/s", "s.d. of a slowly varying turn rate while a robot moves"});
   ode.field("turn_noise_s", turn_noise_s, {{0, 60}, "s", "correlation time of that turn rate"});
   ode.field("dead_duty", dead_duty, {{1, 255}, "", "a motor does not turn below this duty, of 255"});
   ode.field(
       "start_duty", start_duty,
       {{0, 255}, "", "a motor at rest starts at this duty; below it only after spinup_motors(); 0: at dead_duty"});
   BatterySettings::fields(ode);
-  ode.field("lamp", lamp_numbers_, {{-100, 100}, "m", "x, y of each lamp"});
+  ode.field("lamp", lamp_numbers_, {{-100, 100}, "m", "positions of the lamps: x, y of each"});
   ode.field("light_noise", light_noise, {{0, 1023}, "", "largest error of a reading of ambient light, of 1023"});
   ode.field("clock_spread", clock_spread, {{0, 0.025}, "", "largest relative error of a robot's clock"});
   ode.field("send_spread", send_spread,
-            {{0, 0.025}, "", "largest relative error of the time between two messages of a robot, drawn each time"});
+            {{0, 0.025}, "", "largest relative error of the interval between a robot's messages, drawn for each"});
   ode.field("composite_s", composite, {{0.005, 60}, "s", "time between two composites of the overhead controller"});
   ode.field("overhead_loss", overhead_loss, {{0, 1}, "", "probability that a robot misses a composite"});
-  ode.field("infrared", infrared,
-            {.help = "rules of robots' messages: a robot's, or those of ARGoS's plug-in for Kilobots",
-             .one_of = {"robot", "argos"}});
-  ode.field("argos_tick_s", argos_tick, {{0.001, 1}, "s", "a tick of ARGoS, 1 / ticks_per_second"});
+  ode.field(
+      "infrared", infrared,
+      {.help = "message model: as on robots, or as in ARGoS's plug-in for Kilobots", .one_of = {"robot", "argos"}});
+  ode.field("argos_tick_s", argos_tick, {{0.001, 1}, "s", "duration of an ARGoS tick: 1 / ticks_per_second"});
   ode.field("argos_ignore_conflicts", argos_ignore_conflicts,
             {.help = "ARGoS's ignore_conflicts: all robots that send in one tick succeed"});
-  ode.field("ir_range_m", ir_range_m, {{0, 1}, "m", "reach of robots' infrared"});
+  ode.field("ir_range_m", ir_range_m, {{0, 1}, "m", "infrared range"});
   ode.field("ir_loss", ir_loss, {{0, 1}, "", "probability that a message in range is not received"});
-  ode.field("ir_range_spread_m", ir_range_spread_m, {{0, 0.2}, "m", "s.d. of the reach between pairs of robots"});
-  ode.field("ir_noise_m", ir_noise_m, {{0, 0.1}, "m", "s.d. of measured distances"});
+  ode.field("ir_range_spread_m", ir_range_spread_m, {{0, 0.2}, "m", "s.d. of the range between pairs of robots"});
+  ode.field("ir_noise_m", ir_noise_m, {{0, 0.1}, "m", "s.d. of distance measurements"});
   air.fields(ode);
 }
 
@@ -176,12 +176,12 @@ void Settings::check(const hal::Section& ode) {
   check_program(ode, controller, ids);
   if (robot != Robot::kilobot)
     if (const char* const key = kilobots_only(*this, settings_of(Preset::ideal, robot)))
-      ode.refuse(key, "applies to Kilobots, and robot = \"thymio\" has no such thing; remove it");
+      ode.refuse(key, "applies to Kilobots only, not to robot = \"thymio\"; remove it");
   if (infrared == InfraredRules::argos) {
     for (const char* key : {"send_spread", "overhead_distance_m", "ir_range_spread_m", "ir_noise_m", "ir_noise_per_m",
                             "ir_flat_m", "ir_reading_spread"})
       if (!ode.place(key).empty())
-        ode.refuse(key, "is of infrared = \"robot\": ARGoS has no such thing; remove it, or infrared = \"argos\"");
+        ode.refuse(key, "applies to infrared = \"robot\" only; remove it, or infrared = \"argos\"");
   }
   StartSettings::check(ode);
   for (std::size_t i = 0; i < groups.size(); ++i) {

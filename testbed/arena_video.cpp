@@ -72,7 +72,7 @@ void ArenaVideo::store(std::size_t camera, const cv::Mat& drawn) {
     }
     if (!video.writer.isOpened()) {
       video.failed = true;
-      spdlog::warn("{} cannot be written; the run goes on without the video", file);
+      spdlog::warn("{} cannot be written; the run continues without the video", file);
       return;
     }
   }

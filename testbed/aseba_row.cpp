@@ -34,12 +34,14 @@ struct MarkerKeys {
 
   void fields(const hal::Section& aseba) {
     aseba.field("markers", markers.family,
-                {.help = "the family of the robots' markers, whose numbers are the robots' ids",
+                {.help = "family of the robots' markers; marker numbers are robot ids",
                  .one_of = tracker::MarkerFinder::families()});
     aseba.field("marker_m", markers.side_m, {{0.005, 1}, "m", "side of a marker's black square"});
-    aseba.field(
-        "marker_height_m", height_m,
-        {.range = {0, 1}, .unit = "m", .help = "of markers above the arena", .default_is = "the robot's height"});
+    aseba.field("marker_height_m", height_m,
+                {.range = {0, 1},
+                 .unit = "m",
+                 .help = "height of the markers above the arena",
+                 .default_is = "the robot's height"});
     aseba.field("marker_turned_deg", turned_deg,
                 {{-180, 180}, "deg", "driving direction minus the direction of the printed top, counter-clockwise"});
     aseba.field("cameras", cameras);

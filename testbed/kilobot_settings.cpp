@@ -45,10 +45,10 @@ struct RobotLed {
   double bearing_deg = std::numeric_limits<double>::quiet_NaN(), error_deg = 0;
 
   void fields(const hal::Section& robot) {
-    robot.field("id", id, {.range = {0, 65'535}, .help = "which robot", .required = true});
+    robot.field("id", id, {.range = {0, 65'535}, .help = "id of the robot", .required = true});
     robot.field("led_bearing_deg", bearing_deg,
                 {{-180, 180}, "deg", "bearing of its LED, counter-clockwise from ahead"});
-    robot.field("led_bearing_error_deg", error_deg, {{0, 180}, "deg", "its standard error"});
+    robot.field("led_bearing_error_deg", error_deg, {{0, 180}, "deg", "standard error of that bearing"});
   }
 };
 struct RobotLeds {
@@ -74,17 +74,19 @@ void CameraSettings::fields(const hal::Section& camera) {
                 .sample = "\"0\"",
                 .required = true,
                 .written = hal::without_secrets});
-  camera.field("calibration", calibration, {.help = "a file of arkmesh calibrate", .sample = "\"camera.yaml\""});
-  camera.field("camera", name, {.help = "its name in that file, when the file contains several"});
+  camera.field("calibration", calibration,
+               {.help = "calibration file from arkmesh calibrate", .sample = "\"camera.yaml\""});
+  camera.field("camera", name, {.help = "name of the camera in that file, if the file contains several"});
   camera.field("latency_ms", latency_ms,
-               {{0, 2000}, "ms", "from exposure to a picture's time: the driver's at this machine, else its arrival"});
+               {{0, 2000}, "ms", "delay from exposure to time stamp (local cameras: the driver's; others: arrival)"});
   const std::string own = "the camera's own";
   camera.field("exposure_ms", controls.exposure_ms,
-               {.range = {0.01, 10'000}, .unit = "ms", .help = "of a camera at this machine", .default_is = own});
+               {.range = {0.01, 10'000}, .unit = "ms", .help = "exposure time; local cameras only", .default_is = own});
   camera.field("gain", controls.gain,
-               {.range = {0, 1e6}, .help = "likewise, in its driver's units", .default_is = own});
-  camera.field("white_balance_k", controls.white_balance_k,
-               {.range = {1000, 20'000}, .unit = "K", .help = "likewise", .default_is = own});
+               {.range = {0, 1e6}, .help = "gain in the driver's units; local cameras only", .default_is = own});
+  camera.field(
+      "white_balance_k", controls.white_balance_k,
+      {.range = {1000, 20'000}, .unit = "K", .help = "colour temperature; local cameras only", .default_is = own});
 }
 
 void KilobotSettings::fields(const hal::Section& kilobot) {
@@ -92,12 +94,12 @@ void KilobotSettings::fields(const hal::Section& kilobot) {
   kilobot.field("led_offset_deg", led_offset_deg,
                 {{-180, 180}, "deg", "driving direction minus LED direction, counter-clockwise"});
   kilobot.field("robots_file", robots_file,
-                {.help = "a file of `arkmesh fit robots` with each robot's LED bearing, instead of led_offset_deg"});
+                {.help = "file from `arkmesh fit robots` with each robot's LED bearing, instead of led_offset_deg"});
   kilobot.field("board_height_m", tracking.body.board_m, {{0, 0.2}, "m", "height of robots' boards above the arena"});
   enum class Identity { spelled, ark } identity = known_to_ark ? Identity::ark : Identity::spelled;
-  kilobot.field(
-      "identity", identity,
-      {.help = "\"ark\": robots' programs know ARK's messages 120 and 119 only", .one_of = {"spelled", "ark"}});
+  kilobot.field("identity", identity,
+                {.help = "identification protocol; \"ark\" for programs that know only ARK's messages 120 and 119",
+                 .one_of = {"spelled", "ark"}});
   known_to_ark = identity == Identity::ark;
   kilobot.field("record", record,
                 {.help = "record serial bytes and pictures in this new folder, for `arkmesh testbed replay`"});

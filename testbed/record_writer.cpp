@@ -119,7 +119,7 @@ void RecordWriter::write(const std::deque<Line>& lines) {
   for (auto& [name, stream] : files_)
     if (!stream.flush()) {
       fail("raw.not_recorded.lines",
-           fmt::format("{} cannot be continued, perhaps because the disk is full; the run goes on without it",
+           fmt::format("cannot write more to {}, perhaps because the disk is full; the run continues without it",
                        (settings_.folder / name).string()),
            lines.size());
       const std::lock_guard lock(mutex_);
@@ -153,8 +153,9 @@ void RecordWriter::write(const Picture& picture) {
   if (bytes.empty() || !out.flush()) {
     out.close();
     fs::remove(file, error);
-    return fail("raw.not_recorded.picture_failed",
-                fmt::format("{} cannot be written, perhaps because the disk is full; the run goes on", file.string()));
+    return fail(
+        "raw.not_recorded.picture_failed",
+        fmt::format("{} cannot be written, perhaps because the disk is full; the run continues", file.string()));
   }
   const std::lock_guard lock(mutex_);
   ++written_.pictures;

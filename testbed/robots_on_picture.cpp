@@ -135,8 +135,7 @@ cv::Mat explained(const cv::Mat& bgr, const std::vector<tracker::Detection>& rob
   }
   std::vector<std::string> lines{
       fmt::format("{} found (green: rim and confidence; blue: usual cell; white: where an LED can be)", robots.size()),
-      fmt::format("{} looked at and not found (orange: confidence, and what speaks most against it)",
-                  explanation.not_found.size())};
+      fmt::format("{} rejected (orange: confidence and main reason)", explanation.not_found.size())};
   if (explanation.cells_first) lines.push_back("the coin cells were found first, then the bodies around them");
   for (std::size_t i = 0; i < std::min<std::size_t>(explanation.sizes.size(), 5); ++i)
     lines.push_back(fmt::format("{} {:.1f} px across: {:.2f}", i == 0 ? "evidence for the size:" : "then",

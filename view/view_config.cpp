@@ -6,32 +6,29 @@
 namespace arkmesh::view {
 
 void ViewConfig::fields(const hal::Section& view) {
-  view.field(
-      "use", use,
-      {.help =
-           "whether the lab has a page for browsers; of several labs in one process the first one's [view] counts"});
-  view.field("port", port, {.range = {1, 65535}, .help = "TCP port of the page; when it is taken, the next free one"});
-  view.field("address", address,
-             {.help = "IP address that the page is served on; beyond loopback over TLS only, with a key of its own"});
-  view.field("hosts", hosts,
-             {.help = "names by which browsers may ask for the page, beside its address and localhost"});
-  view.field("control", control, {.help = "whether those who have the page's token may command the lab"});
+  view.field("use", use, {.help = "serve a page for browsers; several labs in one process use the first lab's [view]"});
+  view.field("port", port, {.range = {1, 65535}, .help = "TCP port of the page; if it is taken, the next free one"});
+  view.field("address", address, {.help = "IP address of the page; beyond loopback it uses TLS, with its own key"});
+  view.field("hosts", hosts, {.help = "further host names of the page, besides its address and localhost"});
+  view.field("control", control, {.help = "let holders of the page's token command the lab"});
   view.field(
       "per_s", per_s,
-      {.range = {0.1, 120}, .unit = "1/s", .help = "how often the page gets the newest message of a channel, at most"});
-  view.field("viewers", viewers, {.range = {1, 1000}, .help = "browsers that may watch at a time"});
+      {.range = {0.1, 120}, .unit = "1/s", .help = "limit of messages to the page, per channel; it gets the newest"});
+  view.field("viewers", viewers, {.range = {1, 1000}, .help = "how many browsers may watch at once"});
   view.field("emulator", emulator,
-             {.help = "control port of an emulated testbed that is a process of its own, as \"127.0.0.1:8092\": takes "
-                      "the page's faults and moves of this lab's robots"});
+             {.help = "control port of a separate emulator process, as \"127.0.0.1:8092\"; it receives the page's "
+                      "faults and moves of robots"});
 }
 
 void ViewConfig::check(const hal::Section& view) const {
   boost::system::error_code wrong;
   boost::asio::ip::make_address(address, wrong);
   if (wrong && address != "localhost")
-    view.refuse("address", "is no IP address; give one of this machine, such as 127.0.0.1, or 0.0.0.0 for all of them");
+    view.refuse("address",
+                "is not an IP address; give one of this machine, such as 127.0.0.1, or 0.0.0.0 for all of them");
   if (!emulator.empty() && !endpoint_of(emulator))
-    view.refuse("emulator", "is no IP address with a port; give that of the emulator's commands, as 127.0.0.1:8092");
+    view.refuse("emulator",
+                "is not an IP address with a port; give that of the emulator's commands, as 127.0.0.1:8092");
 }
 
 std::optional<boost::asio::ip::tcp::endpoint> endpoint_of(const std::string& text) {

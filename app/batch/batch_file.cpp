@@ -49,7 +49,7 @@ class PlanReader {
     if (name == "sweep") return read_sweep(entry);
     if (name == "plot") return read_plot(entry);
     const auto near = hal::near_key(name, known_names);
-    refuse(entry, fmt::format("an experiment has no such part; {}",
+    refuse(entry, fmt::format("an experiment has no such key; {}",
                               near ? fmt::format("did you mean '{}'?", *near)
                                    : fmt::format("there are {}", fmt::join(known_names, ", "))));
   }
@@ -160,7 +160,7 @@ class PlanReader {
   void read_plot(const ConfigEntry& entry) {
     if (entry.path.size() != 3) return refuse_unless_empty(entry, "a plot is a table [[plot]] with column and over");
     if (!plot_names.contains(entry.path[2]))
-      refuse(entry, fmt::format("a plot has no such part; there are {}", fmt::join(plot_names, ", ")));
+      refuse(entry, fmt::format("a plot has no such key; there are {}", fmt::join(plot_names, ", ")));
     if (!entry.value.is_text) refuse(entry, "must be a text in quotes");
     const std::size_t number = std::stoul(entry.path[1]);
     if (plan_.plots.size() <= number) plan_.plots.resize(number + 1);

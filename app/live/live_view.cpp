@@ -235,7 +235,7 @@ json LiveView::about() {
   json about = {{"mode", "live"}, {"labs", names},  {"control", control_},
                 {"run", run_},    {"folder", run_}, {"emulator", emulators}};
   for (const std::string& lab : labs_.front()->config().absent)
-    about["notes"].push_back(fmt::format("{} of shared.labs takes no part", lab));
+    about["notes"].push_back(fmt::format("{} of shared.labs does not take part", lab));
   return about;
 }
 

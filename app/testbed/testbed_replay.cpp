@@ -54,7 +54,7 @@ testbed::KilobotSettings settings_of(const TestbedRecord& record) {
   for (std::size_t i = 0; i < named.size(); ++i) {
     const std::string calibration = fs::absolute(record.raw / testbed::calibration_file_of(i)).string();
     if (!hal::whole_file(calibration, most_config))
-      throw std::runtime_error(fmt::format("{} is missing or no calibration file", calibration));
+      throw std::runtime_error(fmt::format("{} is missing or not a calibration file", calibration));
     list += fmt::format("{}{{source = \"{}\", calibration = {}, camera = {}}}", i == 0 ? "" : ", ", i,
                         hal::to_toml(calibration), hal::to_toml(named[i].name));
   }

@@ -82,10 +82,9 @@ class Federation::Stream final : public SocketStream {
   std::string peer_name() const override { return peer_; }
   StreamFailure objection() const override {
     if (!federation_->keys_.trusts(peer_))
-      return {"session.refused.not_trusted",
-              fmt::format("the certificate of lab {0} is not trusted here, or was revoked; get its file and say: "
-                          "arkmesh keys trust {0}.crt",
-                          peer_)};
+      return {"session.refused.not_trusted", fmt::format("the certificate of lab {0} is not trusted here, or was "
+                                                         "revoked; get its file and run: arkmesh keys trust {0}.crt",
+                                                         peer_)};
     return {};
   }
   std::string too_slow() const override { return "session.failed.connect"; }

@@ -37,10 +37,10 @@ void put_text(std::vector<std::byte>& out, std::string_view text) {
 PacketKeys::PacketKeys(std::string lab, std::string experiment, std::uint64_t boot_id, std::shared_ptr<TlsKeys> keys)
     : lab_(std::move(lab)), experiment_(std::move(experiment)), boot_id_(boot_id), keys_(std::move(keys)) {
   if (!keys_->seals().can_sign())
-    throw hal::ConfigError(fmt::format(
-        "the key of lab {0} is not of the kind Ed25519, so it cannot sign what goes through a NATS server; make "
-        "another: arkmesh keys renew {0} --new-key",
-        lab_));
+    throw hal::ConfigError(
+        fmt::format("the key of lab {0} is not an Ed25519 key, so it cannot sign messages through a NATS server; "
+                    "create another: arkmesh keys renew {0} --new-key",
+                    lab_));
 }
 
 std::vector<std::byte> PacketKeys::for_all(PacketKind kind, std::vector<std::byte> body) {

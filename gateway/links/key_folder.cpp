@@ -80,7 +80,7 @@ KeyFolder::Own KeyFolder::own(const std::string& lab) const {
         "lab {} has no key and certificate in {}; create them with: arkmesh keys init {}", lab, folder_.string(), lab));
   const KeyPointer key = parse_key(*key_pem);
   const X509Pointer parsed = parse_certificate(certificate->pem);
-  if (!key) throw hal::ConfigError(fmt::format("{} is no private key", key_file(folder_, lab).string()));
+  if (!key) throw hal::ConfigError(fmt::format("{} is not a private key", key_file(folder_, lab).string()));
   if (certificate->lab != lab || X509_check_private_key(parsed.get(), key.get()) != 1)
     throw hal::ConfigError(
         fmt::format("{} and {} do not match", key_file(folder_, lab).string(), certificate_file(lab).string()));
@@ -94,7 +94,7 @@ KeyFolder::Listing KeyFolder::list() const {
         auto certificate = read_certificate_file(file);
         if (!certificate) continue;
         if (named_after_lab && file.stem() != certificate->lab)
-          throw hal::ConfigError(fmt::format("{} is of lab {}; it does not count", file.string(), certificate->lab));
+          throw hal::ConfigError(fmt::format("{} belongs to lab {}; it is ignored", file.string(), certificate->lab));
         into.push_back(std::move(*certificate));
       } catch (const hal::ConfigError& error) {
         listing.damaged.emplace_back(error.what());

@@ -191,7 +191,7 @@ void Session::on_piece(const FrameDecoder::Frame& frame) {
   if (!payload) return;
   ++received_.messages;
   const auto message = read_message(*payload);
-  if (!message) return end("session.closed.bad_message", "received a message without channel");
+  if (!message) return end("session.closed.bad_message", "received a message without a channel");
   owner_->on_message(*this, *message);
 }
 

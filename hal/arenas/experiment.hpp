@@ -15,9 +15,10 @@ struct Experiment {
 
   void fields(const Section& shared) {
     const std::string by_default = id;
-    shared.field("experiment", id,
-                 {.help = "gateways join labs of one experiment only; at most 63 printable characters",
-                  .default_is = "run.scenario"});
+    shared.field(
+        "experiment", id,
+        {.help = "name of the experiment; gateways join only labs with the same one; at most 63 printable characters",
+         .default_is = "run.scenario"});
     if (id != by_default && !is_label(id))
       shared.refuse("experiment", fmt::format("must be 1 to {} printable characters", max_label));
   }

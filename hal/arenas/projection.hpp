@@ -14,10 +14,11 @@ struct Projection {
   double scale = 1;     // shared metres per arena metre, > 0
 
   void fields(const Section& s) {
-    s.field("shift_x_m", shift_x_m, {{-1000, 1000}, "m", "shared = shift + scale * turn(arena)"});
-    s.field("shift_y_m", shift_y_m, {{-1000, 1000}, "m", "likewise"});
-    s.field("turn_rad", turn_rad, {{-7, 7}, "rad", "counter-clockwise"});
-    s.field("scale", scale, {{1e-3, 1e3}, "", "shared metres for a metre of the arena"});
+    s.field("shift_x_m", shift_x_m, {{-1000, 1000}, "m", "position of the arena's centre in the shared frame"});
+    s.field("shift_y_m", shift_y_m, {{-1000, 1000}, "m", "position of the arena's centre in the shared frame"});
+    s.field("turn_rad", turn_rad,
+            {{-7, 7}, "rad", "rotation from the arena's frame to the shared frame, counter-clockwise"});
+    s.field("scale", scale, {{1e-3, 1e3}, "", "shared metres per metre of the arena"});
   }
 
   Pose to_shared(const Pose& in_arena) const;

@@ -47,7 +47,7 @@ std::vector<Point> corners_in(const Section& s, const std::vector<double>& numbe
     s.refuse("corners", fmt::format("must hold x and y of 3 to {} corners", most_corners));
   std::vector<Point> out;
   for (std::size_t i = 0; i < numbers.size(); i += 2) out.push_back({numbers[i], numbers[i + 1]});
-  if (crosses_itself(out)) s.refuse("corners", "make a polygon that crosses itself; list them in turn around it");
+  if (crosses_itself(out)) s.refuse("corners", "make a polygon that crosses itself; list them in order around it");
   if (std::abs(area_m2(out)) < least_area_m2)
     s.refuse("corners", "make a polygon of less than a square millimetre; spread them, or draw a wall");
   if (area_m2(out) < 0) std::ranges::reverse(out);
@@ -65,15 +65,15 @@ struct PlacedShape {
 
   void fields(const Section& s) {
     s.field("shape", kind,
-            {.help = "disc: radius_m; box: length_m, width_m; wall: the same, thin; polygon: corners",
+            {.help = "disc (radius_m), box (length_m, width_m), wall (a thin box) or polygon (corners)",
              .one_of = {"disc", "box", "polygon", "wall"}});
-    s.field("x_m", x_m, {{-100, 100}, "m", "of its centre; for a polygon, of the origin of its corners"});
-    s.field("y_m", y_m, {{-100, 100}, "m", "the same, along y"});
-    s.field("heading_deg", heading_deg, {{-360, 360}, "deg", "from +x, counter-clockwise"});
-    s.field("radius_m", radius_m, {{0, 50}, "m", "of a disc"});
-    s.field("length_m", length_m, {{0, 100}, "m", "of a box or a wall, along its heading"});
-    s.field("width_m", width_m, {{0, 100}, "m", "of a box, across; 0.01 for a wall unless given"});
-    s.field("corners", corners, {{-100, 100}, "m", "x, y of each corner of a polygon, in its own frame"});
+    s.field("x_m", x_m, {{-100, 100}, "m", "position of the centre; of a polygon, of the origin of its corners"});
+    s.field("y_m", y_m, {{-100, 100}, "m", "position of the same point"});
+    s.field("heading_deg", heading_deg, {{-360, 360}, "deg", "heading, counter-clockwise from +x"});
+    s.field("radius_m", radius_m, {{0, 50}, "m", "radius of a disc"});
+    s.field("length_m", length_m, {{0, 100}, "m", "length of a box or wall, along its heading"});
+    s.field("width_m", width_m, {{0, 100}, "m", "width of a box, across its heading; of a wall, 0.01 unless given"});
+    s.field("corners", corners, {{-100, 100}, "m", "corners of a polygon in its own frame: x, y of each"});
   }
 
   void check(const Section& s) {
@@ -103,7 +103,8 @@ struct ObjectConfig : PlacedShape {
   double mass_kg = 0.05, friction = 0.1;
 
   void fields(const Section& s) {
-    s.field("name", name, {.help = "its name in scenarios and tables", .sample = "\"puck\"", .required = true});
+    s.field("name", name,
+            {.help = "name of the object in scenarios and tables", .sample = "\"puck\"", .required = true});
     PlacedShape::fields(s);
     s.field("mass_kg", mass_kg, {{0.001, 100}, "kg", "total mass, evenly distributed"});
     s.field("friction", friction,
@@ -129,7 +130,7 @@ struct SolidLists {
         "shape", shape,
         {.help = "rectangle: width_m x height_m; round: width_m across; polygon: corners, within that rectangle",
          .one_of = {"rectangle", "round", "polygon"}});
-    arena.field("corners", corners, {{-100, 100}, "m", "x, y of each corner of an arena that is a polygon"});
+    arena.field("corners", corners, {{-100, 100}, "m", "corners of a polygonal arena: x, y of each"});
     arena.field("obstacles", obstacles);
     arena.field("objects", objects);
   }
@@ -175,9 +176,9 @@ void add_rim(Solids& out) {
 Solids read_solids(const Section& arena) {
   const auto lists = arena.read<SolidLists>();
   if (lists.obstacles.size() > most_obstacles)
-    arena.refuse("obstacles", fmt::format("are {}; {} are the most", lists.obstacles.size(), most_obstacles));
+    arena.refuse("obstacles", fmt::format("are {}; at most {} are possible", lists.obstacles.size(), most_obstacles));
   if (lists.objects.size() > most_objects)
-    arena.refuse("objects", fmt::format("are {}; {} are the most", lists.objects.size(), most_objects));
+    arena.refuse("objects", fmt::format("are {}; at most {} are possible", lists.objects.size(), most_objects));
   Solids out;
   for (const PlacedShape& one : lists.obstacles) out.obstacles.push_back({one.shape, one.pose});
   out.rim = rim_of(arena, lists);

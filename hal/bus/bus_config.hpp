@@ -13,8 +13,9 @@ struct BusConfig {
   std::vector<std::string> hear;
 
   void fields(const Section& bus) {
-    bus.field("url", url, {.help = "the lab's public bus; every lab on a machine needs a port of its own"});
-    bus.field("hear", hear, {.help = "hosts whose messages count beside this machine's, by IPv4 address; with ttl=1"});
+    bus.field("url", url, {.help = "the lab's public LCM bus; each lab on a machine needs its own port"});
+    bus.field("hear", hear,
+              {.help = "IPv4 addresses of further hosts whose messages are accepted; needs ttl=1 in bus.url"});
   }
   void check(const Section& bus) const;
 };

@@ -22,20 +22,22 @@ std::uint8_t in_tenths(hal::LabTime t) {
 }  // namespace
 
 void Roles::fields(const hal::Section& roles) {
-  roles.field("ground", ground, {.help = "the lab whose robots harvest; owns the resources", .sample = "\"lab\""});
+  roles.field("ground", ground, {.help = "the lab whose robots harvest; it owns the resources", .sample = "\"lab\""});
   roles.field("flying", flying, {.help = "the lab whose robots sense both regions", .sample = "\"other\""});
 }
 
 void Settings::fields(const hal::Section& cre) {
   cre.field("roles", roles);
   cre.field("grid", grid,
-            {.range = {2, 100}, .unit = "places", .help = "in each row and column of the ground arena; even"});
-  cre.field("resources_north", resources_north, {{0, 1e4}, "places", "active at any time"});
-  cre.field("resources_south", resources_south, {{0, 1e4}, "places", "likewise"});
+            {.range = {2, 100}, .unit = "places", .help = "places in each row and column of the ground arena; even"});
+  cre.field("resources_north", resources_north,
+            {{0, 1e4}, "places", "resources in the north that are active at any time"});
+  cre.field("resources_south", resources_south,
+            {{0, 1e4}, "places", "resources in the south that are active at any time"});
   cre.field("resource_radius_m", resource_radius_m, {{0.001, 100}, "m", "ground robots within this distance harvest"});
   cre.field("sense_radius_m", sense_radius_m,
             {{0.001, 100}, "m", "radius of a flying robot's sensor, in metres of the flying arena"});
-  cre.field("sense_s", sense, {{0.1, 1e3}, "s", "from one reading of a flying robot's sensor to the next"});
+  cre.field("sense_s", sense, {{0.1, 1e3}, "s", "interval between readings of a flying robot's sensor"});
   cre.field("hear_radius_m", hear_radius_m,
             {{0.001, 100}, "m", "range at which a ground robot hears a flying one, in metres of the ground arena"});
   cre.field("wall_zone_m", wall_zone_m, {{0, 100}, "m", "robots sense walls within this distance"});
@@ -47,12 +49,12 @@ void Settings::fields(const hal::Section& cre) {
   cre.field("abandon", abandon,
             {.range = {0, 0.3}, .help = "a: a committed robot gives up with probability a / v; 0: never"});
   cre.field("weight", weight, {.range = {0.004, 1}, .help = "w: weight of each reading in the estimate v"});
-  cre.field("decision_s", decision, {{0.1, 25.5}, "s", "from one decision of a flying robot to the next"});
+  cre.field("decision_s", decision, {{0.1, 25.5}, "s", "interval between decisions of a flying robot"});
   cre.field("straight_s", straight,
-            {{0.1, 25.5}, "s", "time for which a ground robot goes straight after it heard a flying one"});
+            {{0.1, 25.5}, "s", "time for which a ground robot moves straight after hearing a flying one"});
   cre.field("decide_together", decide_together,
             {.help = "all flying robots decide at the same time; otherwise each has its own phase"});
-  cre.field("ignore_zeros", ignore_zeros, {.help = "a reading of zero does not enter the estimate"});
+  cre.field("ignore_zeros", ignore_zeros, {.help = "exclude readings of zero from the estimate"});
   cre.field("say_once", say_once,
             {.help = "a flying robot sends its opinion once for each decision; otherwise twice a second"});
   cre.field("rules_repeat_s", rules_repeat, {{1, 1e6}, "s", "interval at which robots are sent their rules"});

@@ -6,25 +6,27 @@ namespace arkmesh::scenarios::dhtf {
 
 void Settings::fields(const hal::Section& dhtf) {
   enum class Cells { all, no_corners } cells = corners ? Cells::all : Cells::no_corners;
-  dhtf.field(
-      "cells", cells,
-      {.help = "the cells where sites may lie: all 16, or 12 with \"no_corners\"", .one_of = {"all", "no_corners"}});
+  dhtf.field("cells", cells,
+             {.help = "cells for sites: all 16, or 12 with \"no_corners\"", .one_of = {"all", "no_corners"}});
   corners = cells == Cells::all;
-  dhtf.field("sites", sites, {.range = {1, 16}, .help = "how many"});
+  dhtf.field("sites", sites, {.range = {1, 16}, .help = "number of sites"});
   dhtf.field("types", types,
-             {.help = "easy or hard at random for each site and lab, or equally many of each with \"half\"",
+             {.help = "task types: easy or hard at random for each site and lab, or equal numbers with \"half\"",
               .one_of = {"random", "half", "easy", "hard"}});
-  dhtf.field("site_radius_m", site_radius_m, {{0.001, 100}, "m", "in the shared frame"});
+  dhtf.field("site_radius_m", site_radius_m, {{0.001, 100}, "m", "radius of a site in the shared frame"});
   dhtf.field("respawn_s", respawn, {{0, 1e6}, "s", "time for which an executed task is inactive"});
   // at most what one message to a robot carries
   dhtf.field("timeouts_s", timeouts_s,
              {{1, 1023}, "s", "waiting time of a robot: easy in all labs, hard in some, hard in all"});
   dhtf.field("requirements", requirements,
-             {.range = {1, 1000}, .unit = "robots", .help = "needed for a task: [easy, hard]", .sample = "[2, 4]"});
+             {.range = {1, 1000},
+              .unit = "robots",
+              .help = "robots of this lab that a task needs: [easy, hard]",
+              .sample = "[2, 4]"});
   dhtf.field("wall_zone_m", wall_zone_m, {{0, 100}, "m", "robots sense walls within this distance"});
   dhtf.field("repeat_s", repeat,
              {{0.01, 1e6}, "s", "interval between repetitions to a robot that seems to have missed a message"});
-  dhtf.field("nudge_site_m", nudge_site_m, {{-1, 1}, "m", "moves the first site in x, for control runs"});
+  dhtf.field("nudge_site_m", nudge_site_m, {{-1, 1}, "m", "shift of the first site along x, for control runs"});
 }
 
 void Settings::check(const hal::Section& dhtf) const {

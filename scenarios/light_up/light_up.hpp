@@ -17,7 +17,9 @@ struct Settings {
 
   void fields(const hal::Section& light_up) {
     light_up.field("reach_m", reach_m,
-                   {.range = {0.001, 100}, .unit = "m", .help = "how near a robot of the owner's lab must be"});
+                   {.range = {0.001, 100},
+                    .unit = "m",
+                    .help = "distance within which a robot of the owner's lab lights robots up"});
   }
 };
 

@@ -39,10 +39,10 @@ struct Seen {
 
 std::size_t size_of_words(std::string_view answer) {
   std::uint32_t size = 0;
-  if (answer.size() < sizeof size) throw std::runtime_error("gave an answer that is too short");
+  if (answer.size() < sizeof size) throw std::runtime_error("returned an answer that is too short");
   std::memcpy(&size, answer.data(), sizeof size);
   if (size % word_bytes != 0 || answer.size() - sizeof size < size)
-    throw std::runtime_error("gave an answer with an incomplete word");
+    throw std::runtime_error("returned an answer with an incomplete robot message");
   return size;
 }
 

@@ -69,7 +69,7 @@ std::chrono::microseconds answer_time(const hal::Section& scenarios) {
   return scenarios.get("answer_s", std::chrono::microseconds(10'000'000),
                        {.range = {0.1, 3600},
                         .unit = "s",
-                        .help = "time that a scenario in Python has to answer, without its waits for a processor"});
+                        .help = "time limit for each answer of a Python scenario, without waits for a processor"});
 }
 
 std::vector<hal::KeyRow> settings_of(const fs::path& file) {
@@ -121,7 +121,7 @@ void PythonScenario::start(const hal::Section& root, const lab::RunConfig& run, 
   std::error_code ignored;
   if (const fs::path child = package_folder() / "arkmesh_child.py"; !fs::exists(child, ignored))
     throw hal::ConfigError(
-        fmt::format("{} is a scenario in Python, and takes the package python3-arkmesh", file_.filename().string()));
+        fmt::format("{} is a Python scenario, which needs the package python3-arkmesh", file_.filename().string()));
   const char* const named = ::getenv("ARKMESH_PYTHON");
   child_ = std::make_unique<Child>(
       std::vector<std::string>{named ? named : "python3", "-B", (package_folder() / "arkmesh_child.py").string()},
@@ -325,8 +325,7 @@ void PythonScenario::take(lab::Lab& lab, const std::string& answer) {
       lab.show({about.at("of"), about.at("words"), about.at("unit"), about.at("curve")});
     finished_ = finished_ || said.value("finished", false);
   } catch (const nlohmann::json::exception& error) {
-    throw std::runtime_error(
-        fmt::format("{} gave an answer that is none: {}", file_.filename().string(), error.what()));
+    throw std::runtime_error(fmt::format("{} returned an invalid answer: {}", file_.filename().string(), error.what()));
   } catch (const Refused& error) {
     throw std::runtime_error(error.what());
   } catch (const std::invalid_argument& error) {
@@ -363,7 +362,7 @@ void PythonScenario::write_output() {
   if (!log_.is_open() || output_.empty()) return;
   const std::string lines = std::exchange(output_, {});
   if (log_ && !(log_ << lines << std::flush))
-    spdlog::warn("{} cannot be continued, perhaps because the disk is full; the run goes on without it",
+    spdlog::warn("cannot write more to {}, perhaps because the disk is full; the run continues without it",
                  (directory_ / "scenario.log").string());
 }
 

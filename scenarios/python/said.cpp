@@ -41,7 +41,7 @@ std::vector<std::uint8_t> bytes_in(std::string_view digits) {
   const auto value = [](char c) {
     if (c >= '0' && c <= '9') return c - '0';
     if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    throw std::runtime_error("gave bytes that are not hexadecimal digits");
+    throw std::runtime_error("returned bytes that are not hexadecimal digits");
   };
   std::vector<std::uint8_t> out(digits.size() / 2);
   for (std::size_t i = 0; i < out.size(); ++i)

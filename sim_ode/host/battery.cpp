@@ -13,11 +13,10 @@ constexpr double motor_duty = 70;  // for which battery_motor_ma is given
 
 void BatterySettings::fields(const hal::Section& ode) {
   ode.field("battery_mah", battery_mah, {{0, 10'000}, "mAh", "charge of a full battery; 0: it never runs down"});
-  ode.field("battery_idle_ma", battery_idle_ma, {{0, 1000}, "mA", "current of a robot that stands and is dark"});
-  ode.field("battery_motor_ma", battery_motor_ma,
-            {{0, 1000}, "mA", "additional current for each motor at a duty of 70"});
+  ode.field("battery_idle_ma", battery_idle_ma, {{0, 1000}, "mA", "current at rest with the LED off"});
+  ode.field("battery_motor_ma", battery_motor_ma, {{0, 1000}, "mA", "additional current per motor at a duty of 70"});
   ode.field("battery_led_ma", battery_led_ma,
-            {{0, 1000}, "mA", "additional current for each step, 0 to 3, of each colour"});
+            {{0, 1000}, "mA", "additional current per LED colour and step of brightness (0 to 3)"});
   ode.field("battery_empty_share", battery_empty_share,
             {{0, 1}, "", "voltage of an empty battery, as a share of a full one's; motors slow down in proportion"});
 }

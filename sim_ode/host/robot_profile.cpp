@@ -34,26 +34,31 @@ struct RobotKeys {
   void fields(const hal::Section& robot) {
     robot.field("id", id,
                 {.range = {0, 99'999},
-                 .help = "which robot: its id, or its number from 0 where ids are not stated",
+                 .help = "id of the robot, or its number from 0 if the arena states no ids",
                  .sample = "3",
                  .required = true});
     robot.field("speed_m_per_s", speed_m_per_s, {{0, 0.1}, "m/s", "speed with both motors at their calibrated duty"});
-    robot.field("drift_deg_per_s", drift_deg_per_s, {{-180, 180}, "deg/s", "turn rate then, counter-clockwise"});
+    robot.field("drift_deg_per_s", drift_deg_per_s,
+                {{-180, 180}, "deg/s", "turn rate at that duty, counter-clockwise"});
     robot.field("turn_left_deg_per_s", turn_left_deg_per_s,
                 {{0, 360}, "deg/s", "turn rate with the left-turning motor alone"});
-    robot.field("turn_right_deg_per_s", turn_right_deg_per_s, {{0, 360}, "deg/s", "with the right-turning motor"});
-    robot.field("duties", duties, {{1, 255}, "", "calibrated: turn left, turn right, straight left, straight right"});
-    robot.field("turn_noise_deg_per_s", turn_noise_deg_per_s, {{0, 90}, "deg/s", "s.d. of its wandering turn rate"});
-    robot.field("turn_noise_s", turn_noise_s, {{0, 60}, "s", "how long that lasts"});
-    robot.field("dead_duty", dead_duty, {{1, 255}, "", "a motor stands below it"});
+    robot.field("turn_right_deg_per_s", turn_right_deg_per_s,
+                {{0, 360}, "deg/s", "turn rate with the right-turning motor alone"});
+    robot.field("duties", duties,
+                {{1, 255}, "", "calibrated duties: turn left, turn right, straight left, straight right"});
+    robot.field("turn_noise_deg_per_s", turn_noise_deg_per_s,
+                {{0, 90}, "deg/s", "s.d. of its slowly varying turn rate"});
+    robot.field("turn_noise_s", turn_noise_s, {{0, 60}, "s", "correlation time of that turn rate"});
+    robot.field("dead_duty", dead_duty, {{1, 255}, "", "duty below which a motor does not turn"});
     robot.field("start_duty", start_duty,
-                {{0, 255}, "", "a motor at rest stays at rest below this duty, until it is spun up"});
-    robot.field("charge", charge, {{0, 1}, "", "of its battery at the start"});
+                {{0, 255}, "", "duty below which a motor at rest does not start, except by spinup_motors()"});
+    robot.field("charge", charge, {{0, 1}, "", "charge of its battery at the start"});
     robot.field("led_bearing_deg", led_bearing_deg,
                 {{-180, 180}, "deg", "bearing of its LED, counter-clockwise from ahead"});
-    robot.field("led_bearing_error_deg", led_bearing_error_deg, {{0, 180}, "deg", "its standard error, for a tracker"});
-    robot.field("clock_slow", clock_slow, {{-0.025, 0.025}, "", "share by which its clock is slow; negative: fast"});
-    robot.field("ir_gain", ir_gain, {{0, 10}, "", "factor on the reach of its messages"});
+    robot.field("led_bearing_error_deg", led_bearing_error_deg,
+                {{0, 180}, "deg", "standard error of that bearing, for the tracker"});
+    robot.field("clock_slow", clock_slow, {{-0.025, 0.025}, "", "relative slowness of its clock; negative: fast"});
+    robot.field("ir_gain", ir_gain, {{0, 10}, "", "factor on the range of its messages"});
   }
   void check(const hal::Section& robot) const {
     if (!duties.empty() && duties.size() != 4)

@@ -311,9 +311,9 @@ TEST_CASE("controller check says what a program needs and what may go wrong with
            {"uint32_t last;", "if (kilo_uid < rand()) set_color(1);", "if (last == -1) set_color(1);",
             "width.c:4: a negative number is compared with an unsigned one"},
            {"int32_t late; uint16_t a, b;", "late = a - b;", "late = (int16_t)(a - b);",
-            "width.c:4: a difference of unsigned numbers of 16 bits is never negative"},
+            "width.c:4: an unsigned 16-bit difference is never negative"},
            {"#include <stdlib.h>\nchar *text; char room[9];", "text = malloc(9);", "text = room;",
-            "malloc takes from what the stack needs"}}) {
+            "malloc shares its memory with the stack"}}) {
     const Ended found = said_of(globals, wrong), control = said_of(globals, right);
     CHECK_MESSAGE(says(found, sentence), found.output);
     CHECK_MESSAGE(!says(control, sentence), control.output);

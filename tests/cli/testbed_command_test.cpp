@@ -56,7 +56,7 @@ TEST_CASE("testbed: a run is recorded and replayed") {
   const TestbedEnd replayed = testbed_command(folder, {"testbed", "replay", day});
   CAPTURE(replayed.said);
   CHECK(replayed.code == 0);
-  CHECK(replayed.says("  question of identification 118: 40"));
+  CHECK(replayed.says("  identification query 118: 40"));
   CHECK(replayed.says("  run\n"));
   CHECK(replayed.says("  pause\n"));
   CHECK(replayed.says("poses: 41 frames"));
@@ -86,6 +86,6 @@ TEST_CASE("testbed: a set-up procedure is recorded") {
   const TestbedEnd replayed = testbed_command(folder, {"testbed", "replay", day});
   CAPTURE(replayed.said);
   CHECK(replayed.code == 0);
-  CHECK(replayed.says("  question of identification 118: 40"));
+  CHECK(replayed.says("  identification query 118: 40"));
   CHECK(replayed.says("the record does not come from a lab's run"));
 }

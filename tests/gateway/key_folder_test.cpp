@@ -141,7 +141,7 @@ TEST_CASE("a file of the folder that is damaged trusts nobody and is named") {
   REQUIRE(listing.trusted.size() == 1);
   CHECK(listing.trusted[0].lab == "roark");
   REQUIRE(listing.damaged.size() == 2);
-  CHECK(listing.damaged[0].find("lynx.crt is of lab roark; it does not count") != std::string::npos);
+  CHECK(listing.damaged[0].find("lynx.crt belongs to lab roark; it is ignored") != std::string::npos);
   CHECK(listing.damaged[1].find("mole.crt is not a certificate") != std::string::npos);
   const std::string before = keys.stamp();
   CHECK(keys.stamp() == before);

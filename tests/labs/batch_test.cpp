@@ -144,7 +144,7 @@ TEST_CASE("batch: impossible experiments are refused in one sentence that names 
   refused(begin + "[choices.x]\ny = 3\n", "must be a table of the keys");
   refused(begin + "[[plot]]\ncolumn = \"completed\"\n", "needs column and over");
   refused(begin + "[[plot]]\ncolumn = \"completed\"\nover = \"mix\"\n", "neither swept nor a choice");
-  refused(begin + "[[plot]]\ncolour = \"red\"\n", "a plot has no such part");
+  refused(begin + "[[plot]]\ncolour = \"red\"\n", "a plot has no such key");
   refused(begin + "[sweep]\nx = \"1..1000\"\ny = \"1..1000\"\n", "at most 1000000");
   refused(begin + "[sweep\n", "not valid TOML");
   CHECK(file.error(begin + "[sweep]\ngate.slack = [0, 1]\n", {"gate.slack=2"}).find("--set gate.slack=2") == 0);

@@ -41,8 +41,8 @@ struct AddressesNobody {
 TEST_CASE("labs have as many robots as a scenario can speak to") {
   CHECK(refused(1023) == "");
   const std::string said = refused(1100);
-  CHECK(said.find("arena.robots = 1100: only ids up to 1022 can be addressed one by one, 1023 of the 1100 robots, "
-                  "as scenario dhtf does; use at most 1023 robots") != std::string::npos);
+  CHECK(said.find("arena.robots = 1100: ids above 1022 cannot be addressed individually; 1023 of the 1100 robots can. "
+                  "Scenario dhtf addresses robots individually; use at most 1023 robots") != std::string::npos);
   const AddressesNobody nobody;
   CHECK(refused(1100) == "");
 }

@@ -77,9 +77,9 @@ TEST_CASE("an original that is there and says nothing that it may say is waited 
   CHECK_FALSE(arena.advance_to(std::chrono::milliseconds(100)));
   CHECK(arena.waiting_for().empty());  // it may only be slow
   wall.wait_until(wall.now() + std::chrono::milliseconds(5100));
-  CHECK(arena.waiting_for().find("which is connected and has said nothing for 5 s") != std::string::npos);
-  CHECK(arena.waiting_for().find("for 5 s but 88 bytes without an end") != std::string::npos);
-  CHECK(arena.waiting_for().find("an original without NUL bytes is ARK-Qt (mark.flavour)") != std::string::npos);
+  CHECK(arena.waiting_for().find("which is connected but has sent nothing for 5 s") != std::string::npos);
+  CHECK(arena.waiting_for().find("for 5 s except 88 bytes without an end") != std::string::npos);
+  CHECK(arena.waiting_for().find("an original that sends no NUL bytes is ARK-Qt (mark.flavour)") != std::string::npos);
   link.events->heard(std::string("\0T00000000\0", 11));
   CHECK(arena.waiting_for().empty());
 }
@@ -101,5 +101,5 @@ TEST_CASE("an original server is waited for by what is missing: itself, or its I
   CHECK(arena.waiting_for() == "the Init of the original M-ARK server (ARGoS)");
   wall.wait_until(wall.now() + std::chrono::milliseconds(5100));
   CHECK(arena.waiting_for() ==
-        "the Init of the original M-ARK server (ARGoS), which is connected and has said nothing for 5 s");
+        "the Init of the original M-ARK server (ARGoS), which is connected but has sent nothing for 5 s");
 }

@@ -128,7 +128,8 @@ TEST_CASE("argos: an original server that comes with other sites before there is
   CHECK(talk.init()->cells == std::vector<int>{1, 3});
   talk.keep();
   bench.hear(nul("Ibd0110"));
-  CHECK(talk.conflict() == "start all labs again: the original server was 'Ibd0111' and came back as 'Ibd0110'");
+  CHECK(talk.conflict() ==
+        "start all labs again: the original server returned with another Init: 'Ibd0111' before, 'Ibd0110' now");
 }
 
 TEST_CASE("argos: what it cannot read at once is not sent") {

@@ -139,7 +139,8 @@ TEST_CASE("ark-qt: a server that is started again, while we stay, is heard befor
       CHECK(talk.executed() == std::vector<std::int64_t>{1, 0});
       CHECK(talk.conflict().empty());
     } else {
-      CHECK(talk.conflict() == "start all labs again: the original server was 'Ibc0111' and came back as 'Ibd0111'");
+      CHECK(talk.conflict() ==
+            "start all labs again: the original server returned with another Init: 'Ibc0111' before, 'Ibd0111' now");
     }
   }
 }
@@ -157,7 +158,8 @@ TEST_CASE("ark-qt: a client that comes back with sites it had goes on, and that 
   bench.link->events->heard("T11");
   CHECK(talk.ready() == std::vector<int>{1, 1});
   CHECK(talk.conflict().empty());
-  CHECK(heard.says("plays on with sites of an earlier connection: if other labs had told it, start it and all labs"));
+  CHECK(heard.says(
+      "continues with the sites of an earlier connection; if they came from other labs, restart it and all labs"));
 }
 
 TEST_CASE("ark-qt: an original that ends its messages is ARGoS, and the run ends by name") {
@@ -167,7 +169,7 @@ TEST_CASE("ark-qt: an original that ends its messages is ARGoS, and the run ends
   CHECK(talk.conflict().empty());
   bench.link->events->heard(std::string("A00\0A00\0", 8));
   CHECK(talk.conflict() ==
-        "the original M-ARK server (ARK-Qt) ends its messages with NUL, so it is ARGoS: set mark.flavour = \"argos\"");
+        "the original M-ARK server (ARK-Qt) ends its messages with NUL, so it is ARGoS; set mark.flavour = \"argos\"");
 }
 
 TEST_CASE("ark-qt: time in which labs stand still has no lab time") {
@@ -217,7 +219,7 @@ TEST_CASE("ark-qt: a table that is connected and says nothing more counts as gon
   CHECK(talk.ready() == std::vector<int>{0, 0});
   CHECK(bench.original.away_since());
   CHECK_FALSE(bench.original.reached(6s));
-  CHECK(bench.original.absence().find("connected and has said nothing for 6 s") != std::string::npos);
+  CHECK(bench.original.absence().find("connected but has sent nothing for 6 s") != std::string::npos);
   bench.link->events->heard("T01");
   CHECK(bench.original.reached(6s));
   CHECK(talk.ready() == std::vector<int>{0, 1});

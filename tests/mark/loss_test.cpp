@@ -174,8 +174,8 @@ TEST_CASE("an ark-qt original is told what it can read, restarts by name, and do
       for (const char* lab : {"argos", "shark"}) {
         const std::string& reason = run.lab(lab).reason();
         CHECK(
-            reason.ends_with("start all labs again: the original server was 'Ibcghijko0000000000000000' and came back "
-                             "as 'Ibcghijkn0000000000000000'"));
+            reason.ends_with("start all labs again: the original server returned with another Init: "
+                             "'Ibcghijko0000000000000000' before, 'Ibcghijkn0000000000000000' now"));
       }
     }
     CHECK_FALSE(original.died);
@@ -208,8 +208,9 @@ TEST_CASE("an ark-qt server that is run again on its connection is asked for its
       check_counts(run, original);
     } else {
       for (const char* lab : {"argos", "shark"})
-        CHECK(run.lab(lab).reason().ends_with("start all labs again: the original server was '" + init +
-                                              "' and came back as '" + other + "'"));
+        CHECK(
+            run.lab(lab).reason().ends_with("start all labs again: the original server returned with another Init: '" +
+                                            init + "' before, '" + other + "' now"));
     }
   }
 }
@@ -239,7 +240,7 @@ TEST_CASE("an ark-qt client that connects again keeps its sites, and does not ac
   while (step()) {
   }
   CHECK(run->lab("argos").reason().ends_with(
-      "the original client plays with sites of another server: start it and this lab again"));
+      "the original client uses the sites of another server; restart it and this lab"));
 }
 
 TEST_CASE("an original client that is started again goes on where it was") {
@@ -252,7 +253,8 @@ TEST_CASE("an original client that is started again goes on where it was") {
   network.original = nullptr;
   for (int i = 0; i < 2000; ++i) run.step();
   CHECK(run.lab("argos").period() <= 11);
-  CHECK(run.lab("argos").state_text().find("the original M-ARK client (ARGoS), which is gone") != std::string::npos);
+  CHECK(run.lab("argos").state_text().find("the original M-ARK client (ARGoS), which is disconnected") !=
+        std::string::npos);
   network.original = &second;
   run_out(run);
   CHECK(run.labs().finished());
@@ -291,8 +293,8 @@ TEST_CASE("a lab that is told to end does so by name when the original goes") {
   network.original = nullptr;
   run_out(run);
   CHECK_FALSE(run.lab("argos").finished());
-  CHECK(run.lab("argos").reason().find("the original M-ARK server (ARGoS), which is gone: it closed its connection") !=
-        std::string::npos);
+  CHECK(run.lab("argos").reason().find(
+            "the original M-ARK server (ARGoS), which is disconnected: it closed its connection") != std::string::npos);
   CHECK(run.lab("shark").reason().find("argos") != std::string::npos);
 }
 
@@ -359,13 +361,13 @@ TEST_CASE("an original with other numbers of robots or resources is a conflict t
     StandInRun run(mark::Role::client, "cre_flying", "meadow", network, {"run.duration_s=60"});
     run_out(run);
     CHECK(run.stand_in().conflict().find("mark.robots = 20") != std::string::npos);
-    CHECK(run.stand_in().conflict().find("tells of 1 robot:") != std::string::npos);
+    CHECK(run.stand_in().conflict().find("reports 1 robot;") != std::string::npos);
   }
   CreOriginalGround original(3, 35, 35);
   ScriptedNetwork network{.options = {}, .original = &original};
   StandInRun run(mark::Role::server, "cre_ground", "sky", network, {"run.duration_s=60"});
   run_out(run);
-  CHECK(run.lab("argos").reason().find("scenario.cre.resources_north = 10, and the original has 35") !=
+  CHECK(run.lab("argos").reason().find("scenario.cre.resources_north = 10, but the original has 35") !=
         std::string::npos);
 }
 

@@ -62,7 +62,7 @@ TEST_CASE("wrong configuration is said in one sentence that names the key, with 
       {"arena.robots=3.5", {"arena.robots"}},
       {"arena.robots=5000", {"arena.robots", "too many"}},
       {"arena={use=\"null\",width_m=3,height_m=3,robots=1100}",
-       {"arena.robots", "only ids up to 1022 can be addressed", "scenario dhtf", "use at most 1023 robots"}},
+       {"arena.robots", "ids above 1022 cannot be addressed", "Scenario dhtf", "use at most 1023 robots"}},
       {"run.duration_s=3.0", {"run.duration_s", "whole number of periods"}},
       {"run.scenario=\"chess\"", {"run.scenario", "dhtf"}},
       {"arena.use=\"moon\"", {"arena.use", "ode"}},

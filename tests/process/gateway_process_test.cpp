@@ -198,15 +198,15 @@ TEST_CASE("arkmesh reload reaches the gateway although others hold sockets with 
   CHECK(process.wait(300s) == 0);
   const std::string said = process.output();
   CHECK(said.find("gateway of shark: 4 rules are in force, as shark.toml says now\n") != std::string::npos);
-  CHECK(said.find("a gateway has not answered within 5 s; SIGHUP makes it reload, too\n") != std::string::npos);
-  CHECK(said.find("1 socket with the name of this file's gateways took no connection within 2 s; ") !=
+  CHECK(said.find("a gateway has not answered within 5 s; send it SIGHUP to reload its rules\n") != std::string::npos);
+  CHECK(said.find("1 socket with the name of this file's gateways accepted no connection within 2 s; ") !=
         std::string::npos);
   shark.kill();
   shark.wait(300s);
   held.pop_back();  // the one that says nothing
   Process alone(ARKMESH_PROGRAM, {"reload", files.shark}, files.folder.path() / "alone.txt");
   CHECK(alone.wait(300s) == 1);
-  CHECK(alone.output().starts_with("arkmesh: 1 socket with the name of this file's gateways took no connection"));
+  CHECK(alone.output().starts_with("arkmesh: 1 socket with the name of this file's gateways accepted no connection"));
 }
 
 TEST_CASE("two labs that have never met are joined over TLS") {

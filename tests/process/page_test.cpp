@@ -250,7 +250,7 @@ TEST_CASE("[view] is checked") {
     CHECK_FALSE(std::filesystem::exists(folder.path() / "out"));
     return lab.output();
   };
-  CHECK(refusal("view.address=\"everywhere\"").find("is no IP address") != std::string::npos);
+  CHECK(refusal("view.address=\"everywhere\"").find("is not an IP address") != std::string::npos);
   CHECK(refusal("view.port=0").find("view.port") != std::string::npos);
   CHECK(refusal("view.prot=1").find("view.port") != std::string::npos);  // did you mean
 }

@@ -56,13 +56,13 @@ class Said(unittest.TestCase):
         """The summary, result.json and recordings say that it takes no part, also of a batch; with all files, or where it is meant, nothing is said."""
         code, said = self.command("run", "a.toml", "--out", "alone")
         self.assertEqual(code, 0, said)
-        self.assertIn("  b of shared.labs takes no part\n", said)
+        self.assertIn("  b of shared.labs does not take part\n", said)
         self.assertEqual([self.result("alone")["absent_labs"], self.result("alone", "a")["absent_labs"]], [["b"], ["b"]])
-        self.assertIn("b of shared.labs takes no part", self.command("export", "alone", "--csv")[1])
-        self.assertIn("b of shared.labs takes no part", self.command("batch", "a.toml", "--seeds", "1", "--out", "batch")[1])
+        self.assertIn("b of shared.labs does not take part", self.command("export", "alone", "--csv")[1])
+        self.assertIn("b of shared.labs does not take part", self.command("batch", "a.toml", "--seeds", "1", "--out", "batch")[1])
         for words in (("a.toml", "b.toml"), ("a.toml", "--set", "shared.labs=['a']")):
             code, said = self.command("run", *words, "--out", "all", "--force")
-            self.assertEqual((code, "takes no part" in said, "absent_labs" in self.result("all")), (0, False, False), said)
+            self.assertEqual((code, "does not take part" in said, "absent_labs" in self.result("all")), (0, False, False), said)
 
     def test_names_that_are_nearly_of_the_interface(self):
         """What is misspelt is refused with its line; what the scenario itself calls, or is called otherwise, is not."""

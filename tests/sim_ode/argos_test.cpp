@@ -244,7 +244,7 @@ TEST_CASE("argos: keys of a robot's light are refused") {
   };
   CHECK(TestArena{.ode = "infrared = \"argos\""}.make()->info().platform == "ode (infrared: argos)");
   CHECK(refusal("preset = \"measured\"\nir_range_m = 0.2\nir_loss = 0.1").empty());
-  CHECK(refusal("ir_noise_m = 0.002").find("arena.ode.ir_noise_m = 0.002: is of infrared = \"robot\"") !=
+  CHECK(refusal("ir_noise_m = 0.002").find("arena.ode.ir_noise_m = 0.002: applies to infrared = \"robot\" only") !=
         std::string::npos);
   CHECK(refusal("argos_tick_s = 0").find("argos_tick_s") != std::string::npos);
 }

@@ -116,7 +116,7 @@ TEST_CASE("groups that cannot be are refused by name") {
   CHECK(with("robots = 4").find("arena.ode.group[0].robots = 4: makes more than the arena's 3 robots") !=
         std::string::npos);
   CHECK(refusal({.robots = 1, .ode = "start_poses = [0, 0, 0]\n[[arena.ode.group]]\nrobots = 1"})
-            .find("are of robots in no group, and there are none") != std::string::npos);
+            .find("places robots that are in no group, and there are none") != std::string::npos);
   CHECK(with("robots = 0").find("arena.ode.group[0].robots") != std::string::npos);
   CHECK(with("robots = 1\nstart_poses = [0, 0, 0, 0.2, 0, 0]").find("holds 2 places for 1 robot") != std::string::npos);
   CHECK(with("robots = 1\ncontroller = \"nowhere.c\"").find("nowhere.c") != std::string::npos);

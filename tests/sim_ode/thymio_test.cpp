@@ -150,7 +150,7 @@ TEST_CASE("thymio: refused by name") {
     CHECK(counters["fleet_command.refused." + std::string(name)] == 1);
   for (const char* key : {"turn_deg_per_s = 30", "battery_led_ma = 3.0", "ir_loss = 0.5", "ir_flat_m = 0.1"})
     CHECK_THROWS_WITH_AS(thymios(key),
-                         doctest::Contains("applies to Kilobots, and robot = \"thymio\" has no such thing; remove it"),
+                         doctest::Contains("applies to Kilobots only, not to robot = \"thymio\"; remove it"),
                          hal::ConfigError);
   CHECK_THROWS_WITH_AS(thymios("", 0.1), doctest::Contains("too many for an arena of 0.1 m x 0.1 m"), hal::ConfigError);
   const auto kilobots = TestArena{.robots = 2}.make();

@@ -161,7 +161,7 @@ class AsebaArena final : public Arena {
       also(eyes_->error());
     else if (!eyes_->missing().empty())
       also(fmt::format("no camera sees the markers of robots {}", in_words(eyes_->missing())));
-    return out.empty() ? "they begin" : out;
+    return out.empty() ? "starting" : out;
   }
 
   std::optional<PoseFrame> look() {

@@ -58,17 +58,18 @@ const RobotKind& kind_of(const std::string& make) {
 }
 
 void AsebaSettings::fields(const Section& aseba) {
-  aseba.field("connect", connect,
-              {.help = "the nodes: tcp:HOST:PORT or a device, several with commas; \"3 = /dev/ttyACM0\" is robot 3",
-               .sample = "\"tcp:127.0.0.1:33333\"",
-               .required = true});
+  aseba.field(
+      "connect", connect,
+      {.help = "the Aseba nodes: tcp:HOST:PORT or devices, separated by commas; \"3 = /dev/ttyACM0\" is robot 3",
+       .sample = "\"tcp:127.0.0.1:33333\"",
+       .required = true});
   std::vector<std::string> names;
   for (const KnownMake& one : makes()) names.push_back(one.make.name);
   aseba.field("robot", make, {.help = "type of the robots", .one_of = names});
   aseba.field("first_id", first_id, {.range = {0, 65'535}, .help = "id of the first robot; the others follow"});
-  aseba.field("names_within_s", names_within, {{1, 3600}, "s", "how long finding all robots may take at the start"});
-  aseba.field("may_miss", may_miss, {{0, 1023}, "robots", "how many may then be missing"});
-  aseba.field("words_per_s", words_per_s, {{1, 10'000}, "1/s", "messages to all robots together"});
+  aseba.field("names_within_s", names_within, {{1, 3600}, "s", "time limit for finding all robots at the start"});
+  aseba.field("may_miss", may_miss, {{0, 1023}, "robots", "how many robots may still be missing then"});
+  aseba.field("words_per_s", words_per_s, {{1, 10'000}, "1/s", "rate limit of messages, over all robots"});
 }
 
 AsebaSettings read_aseba_settings(const Section& arena, const std::string& lab) {

@@ -11,13 +11,13 @@ namespace arkmesh::hal::kilobot {
 
 void ArenaSettings::fields(const Section& kilobot) {
   kilobot.field("port", port,
-                {.help = "the overhead controller: a device or tcp://HOST:PORT",
+                {.help = "port of the overhead controller: a device or tcp://HOST:PORT",
                  .sample = "\"/dev/ttyUSB0\"",
                  .required = has_port});
   kilobot.field("ids", ids,
                 {.help = "ids of the robots, such as [\"0-11\", \"40\"]", .default_is = "0 to arena.robots - 1"});
-  kilobot.field("names_within_s", names_within, {{1, 3600}, "s", "how long finding all robots may take at the start"});
-  kilobot.field("may_miss", may_miss, {{0, 1023}, "robots", "how many may then be missing"});
+  kilobot.field("names_within_s", names_within, {{1, 3600}, "s", "time limit for finding all robots at the start"});
+  kilobot.field("may_miss", may_miss, {{0, 1023}, "robots", "how many robots may still be missing then"});
   overhead.fields(kilobot);
 }
 

@@ -44,14 +44,14 @@ void OverheadSettings::fields(const Section& kilobot) {
                 {.help = "send each composite once (packet type 6), instead of repeating it for the spacing"});
   kilobot.field("spacing_s", spacing,
                 {{0.04, 10}, "s", "time from the start of a packet to the next; at least 0.05, unless once = true"});
-  kilobot.field("command_s", command_for, {{0.05, 60}, "s", "how long a command to all robots is repeated"});
-  kilobot.field("broadcast_s", broadcast_for, {{0.05, 60}, "s", "how long a broadcast is repeated"});
-  kilobot.field("waking_s", waking_for, {{0.05, 60}, "s", "how long the command after `sleep` is repeated"});
+  kilobot.field("command_s", command_for, {{0.05, 60}, "s", "duration for which a command to all robots is repeated"});
+  kilobot.field("broadcast_s", broadcast_for, {{0.05, 60}, "s", "duration for which a broadcast is repeated"});
+  kilobot.field("waking_s", waking_for,
+                {{0.05, 60}, "s", "duration for which the first command after `sleep` is repeated"});
   kilobot.field("expire_s", expire_after,
                 {{0, 3600}, "s", "messages that wait this long for a lost connection are dropped"});
   kilobot.field("again_s", again_after, {{0, 10}, "s", "standing messages are sent again after this time; 0: never"});
-  kilobot.field("settle_s", settle,
-                {{0, 60}, "s", "how long a controller that starts when its port opens receives nothing"});
+  kilobot.field("settle_s", settle, {{0, 60}, "s", "delay after opening the port, for controllers that restart then"});
 }
 
 void OverheadSettings::check(const Section& kilobot) const {

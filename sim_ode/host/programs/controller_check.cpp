@@ -33,7 +33,7 @@ CheckedProgram check_program(const ProgramSources& sources) {
     RobotProgram::load(sources);
   } catch (const ProgramError& error) {
     throw std::runtime_error(
-        fmt::format("{}: fits the robot's compiler, but `run` refuses it: {}", sources.name(), error.what()));
+        fmt::format("{} compiles for the robot, but `run` refuses it: {}", sources.name(), error.what()));
   }
 
   out.warnings = warnings_in(build.said());

@@ -110,8 +110,8 @@ void RobotProgram::load_object(const fs::path& object) {
 
   if (abi_->pc_types)
     spdlog::warn(
-        "{} runs with a PC's types, int of 32 bits, long and double of 64, where a robot has half of that; with a "
-        "robot's types it {}",
+        "{} runs with a PC's types (32-bit int, 64-bit long and double), twice as wide as a robot's; with a robot's "
+        "types it {}",
         source_.string(), abi_->pc_types);
 
   // behind a robot's memory: a page to read, then one to be caught at

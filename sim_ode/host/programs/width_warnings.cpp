@@ -80,10 +80,9 @@ class Reader {
       if (const auto limit = limits_.find(counter);
           in_loop.count(where.first) > 0 && reads_clock_.count(where.first) == 0 && limit != limits_.end())
         tell(where.second,
-             fmt::format(
-                 "{} counts calls of loop up to {}: a robot calls it thousands of times in a tick, the simulator once "
-                 "(arena.ode.loops_per_tick); kilo_ticks tells time",
-                 counter, limit->second));
+             fmt::format("{} counts calls of loop up to {}: a robot calls it thousands of times in a tick, the "
+                         "simulator once (arena.ode.loops_per_tick); use kilo_ticks to measure time",
+                         counter, limit->second));
     std::ranges::stable_sort(said_, {}, [](const auto& one) {
       return std::pair(one.first.substr(0, one.first.rfind(':')),
                        std::atoi(one.first.c_str() + one.first.rfind(':') + 1));
@@ -151,9 +150,10 @@ class Reader {
       if (const std::string given = part[2]; called == "kilo_start" && std::regex_search(given, part, started))
         loop_ = part[2];
       if (called == "malloc" || called == "calloc" || called == "realloc" || called == "strdup")
-        tell(s.place, fmt::format("{} takes from what the stack needs, and nothing on a robot notices where they meet; "
-                                  "an array has its place",
-                                  called));
+        tell(s.place,
+             fmt::format(
+                 "{} shares its memory with the stack, and a robot does not detect their collision; use a static array",
+                 called));
     }
     if (s.to.empty()) return;
     const std::string type = type_of(s.to);
@@ -166,7 +166,7 @@ class Reader {
       if (byte_type(type_of(from))) bytes_.insert(s.to);
       if (readings_.count(from) > 0) readings_.insert(s.to);
       if (gaps_.count(from) > 0 && wide(wanted) && wanted.find("un") != 0 && wanted.find("uint") != 0)
-        tell_otherwise(function_, s.place, "a difference of unsigned numbers of 16 bits is never negative on a robot");
+        tell_otherwise(function_, s.place, "an unsigned 16-bit difference is never negative on a robot");
       if (shifted_.count(from) > 0 && !unsigned_16(wanted)) {
         if (signed_16(wanted))
           shifted_.insert(s.to);

@@ -140,7 +140,7 @@ void check_stops(bool is_server, std::chrono::microseconds tick, const std::vect
                                                           is_server ? "shared.owner=argos" : "shared.owner=shark"});
   REQUIRE((is_server ? socket.accept() : socket.connect()));
   Process& stand_in = programs.of("argos", "mark");
-  const auto begun = [&] { return stand_in.output().find("lab time begins") != std::string::npos; };
+  const auto begun = [&] { return stand_in.output().find("lab time starts") != std::string::npos; };
   REQUIRE(tick_until(socket, begun, tick));
   for (const Stop& stop : stops) {
     CAPTURE(stop.command);
@@ -169,7 +169,7 @@ void check_stops(bool is_server, std::chrono::microseconds tick, const std::vect
   const std::uint64_t known = programs.result("argos").at("counts").at("completed");
   std::size_t unknown = 0;
   const std::string log = stand_in.output();
-  for (std::size_t at = 0; (at = log.find("when the labs had ended", at)) != std::string::npos; ++at) ++unknown;
+  for (std::size_t at = 0; (at = log.find("after the labs had ended", at)) != std::string::npos; ++at) ++unknown;
   CHECK(known + unknown == original.done.size());
   CHECK(known > 5);
   socket.close();
@@ -215,7 +215,7 @@ TEST_CASE("the programs with an original server that is killed: both end by name
   socket.close();
   Process& stand_in = programs.of("argos", "mark");
   CHECK(stand_in.wait(300s) == 1);
-  CHECK(stand_in.output().find("the original M-ARK server (ARGoS), which is gone") != std::string::npos);
+  CHECK(stand_in.output().find("the original M-ARK server (ARGoS), which is disconnected") != std::string::npos);
   CHECK(programs.of("shark", "lab").wait(300s) == 1);
   CHECK(programs.of("shark", "lab").output().find("argos") != std::string::npos);
 }

@@ -89,7 +89,7 @@ TEST_CASE("types are exchanged in the program's lines only, whatever the order o
 TEST_CASE("a program that does not compile with a robot's types runs with a PC's, and a sentence says so") {
   const Heard heard;
   CHECK(run("pc_types.c", 1, 1).leds == all(1, hal::Led::green));
-  CHECK_MESSAGE(heard.says("pc_types.c runs with a PC's types, int of 32 bits"), heard.text());
+  CHECK_MESSAGE(heard.says("pc_types.c runs with a PC's types (32-bit int"), heard.text());
   CHECK_MESSAGE(heard.says("pc_types.c:5"), heard.text());
 }
 
