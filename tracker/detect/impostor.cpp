@@ -14,7 +14,7 @@ constexpr std::size_t spokes_of_ring = 24;
 
 // What one circle shows, in grey levels.
 struct Ring {
-  float median = 0, low = 0, quarter = 0, high = 0;  // a half, a tenth, a quarter and nine tenths lie below
+  float median = 0, low = 0, high = 0;  // a half, a tenth and nine tenths lie below
 };
 
 Ring ring(const cv::Mat& bgr, const Circle& circle, double part) {
@@ -39,15 +39,14 @@ Ring ring(const cv::Mat& bgr, const Circle& circle, double part) {
   const auto share = [&](double part_of_all) {
     return grey[static_cast<std::size_t>(std::lround(part_of_all * static_cast<double>(count - 1)))];
   };
-  return {share(0.5), share(0.1), share(0.25), share(0.9)};
+  return {share(0.5), share(0.1), share(0.9)};
 }
 
 }  // namespace
 
 const char* why_no_robot(const cv::Mat& bgr, const CircleFit& circle_fit) {
   const auto show = [&](double part) { return ring(bgr, circle_fit.circle, part); };
-  const Ring middle = show(0.15), cell = show(0.35), board = show(0.75), rim = show(0.85), outside = show(1.25);
-  const float inside = (middle.median + cell.median) / 2;
+  const Ring cell = show(0.35), board = show(0.75), rim = show(0.85), outside = show(1.25);
   // Pads round the holes of circuit boards: 1.2 to 3.4 of what is beside them; robots' boards at most 0.83.
   if (std::min(board.median, rim.median) > 1.1F * (std::max(cell.median, outside.median) + 10)) return "a bright ring";
   // The hole in a pad: bright all round it, and dark all round that. Robots on a bright surface that stand so near to
@@ -57,14 +56,6 @@ const char* why_no_robot(const cv::Mat& bgr, const CircleFit& circle_fit) {
   if (pad > 1.1F * rim.median &&
       std::ranges::any_of(beyond, [&](const Ring& one) { return pad > 1.3F * (one.high + 5); }))
     return "a hole in a bright ring";
-  // Round the bright inside of a letter there is ink, and beyond that paper, which is as bright; round a robot on a
-  // black table there may be others, with gaps.
-  if (!circle_fit.darker) {
-    const float ink = std::min(outside.median, beyond[0].median),
-                paper = ink + 0.8F * (std::max(inside, rim.median) - ink);
-    if (std::ranges::any_of(beyond, [&](const Ring& one) { return one.quarter > paper; }))
-      return "a bright disc in a dark ring";
-  }
   return nullptr;
 }
 

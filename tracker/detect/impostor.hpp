@@ -1,4 +1,4 @@
-// Round things that are no robots, known by what circles drawn inside and outside their edge show: letters, and the
+// Round things that are no robots, known by what circles drawn inside and outside their edge show: holes and
 // pads of circuit boards.
 #pragma once
 
