@@ -29,7 +29,7 @@ NOT_RUN = {
     ("install.md", "sudo adduser $USER arkmesh"): "wants systemd, and changes users; scripts/package/check does it there",
     ("batches.md", "arkmesh batch experiments/dhtf/batch.toml            # Fig. 5, 900 runs of 1800 s"):
         "takes half an hour; tests/figures does it",
-    ("writing-a-scenario-in-cpp.md", "scripts/build --install ~/arkmesh          # once; then PATH is to have ~/arkmesh/bin"):
+    ("writing-a-scenario-in-cpp.md", "scripts/build --install ~/arkmesh          # once; then add ~/arkmesh/bin to PATH"):
         "takes minutes; install_test.py installs, and builds such a scenario",
     ("your-first-testbed.md", "arkmesh assign-ids lab.toml            # with hal/platforms/kilobot/firmware/assign_ids.c on the robots"):
         "takes twelve minutes, and wants four programs on the robots; the test program testbed and scripts/measure fit_hidden do it",
