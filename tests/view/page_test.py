@@ -296,7 +296,7 @@ class PageTest(unittest.TestCase):
         unseen = [{"robot": 3, "why": 3}, {"robot": 17, "why": 2}, {"robot": 40, "why": 3}]
         server.tell(self.status(0, **kept, not_standing=unseen))
         self.until("return document.querySelector('.said').textContent === arguments[0]", f"shark: pause: accepted; {words}")
-        self.until("return document.getElementById('kept').innerText === arguments[0]", f"shark: robots are held by the operator; lab time runs on; {words}.")
+        self.until("return document.getElementById('kept').innerText === arguments[0]", f"shark: robots are held by the operator; lab time continues; {words}.")
         self.until("return document.getElementById('side').innerText.includes(arguments[0])", words)
         said = [self.js("return document.body.innerText") for _ in range(3) if not time.sleep(0.3)]
         for text in said:
@@ -304,7 +304,7 @@ class PageTest(unittest.TestCase):
         server.tell(self.status(0, **kept))
         self.until("return document.querySelector('.said').textContent === 'shark: pause: accepted; robots told to stop; all robots were seen standing'")
         server.tell(self.status(0))
-        self.until("return document.getElementById('kept').hidden && /told to run since/.test(document.querySelector('.said').textContent)")
+        self.until("return document.getElementById('kept').hidden && /have since been told to run/.test(document.querySelector('.said').textContent)")
         end = {"phase": 4, "outcome": 2, "wanted": 1, "kept_still": "end", "state": "failed: stopped by the operator"}
         server.tell(self.status(0, **end, not_standing=unseen))
         server.tell(self.status(1, **end))
@@ -460,7 +460,7 @@ class PageTest(unittest.TestCase):
         self.assertEqual(self.js("return arkmesh.stage.panes.list.length"), 4)
         self.until("return /The log of b was cut off/.test(document.getElementById('side').innerText)")
         self.driver.find_element(By.ID, "difference").click()
-        self.until("return /shark: all robots at the same places/.test(document.getElementById('side').innerText)")
+        self.until("return /shark: all robots at the same positions/.test(document.getElementById('side').innerText)")
         self.assertEqual(self.js("return arkmesh.player.t_us"), 34_000_000)
 
     def test_film_draws_what_the_page_draws(self):
