@@ -52,7 +52,7 @@ END
 install_labs() { # step
   packages /packages/arkmesh
   ! command -v cc gcc || fail "labs take a compiler"
-  expect "takes the package python3-arkmesh" arkmesh run $experiments/light_up/a.toml --out runs/none
+  expect "needs the package python3-arkmesh" arkmesh run $experiments/light_up/a.toml --out runs/none
   packages /packages/python3-arkmesh
 }
 
