@@ -9,7 +9,7 @@ from figure_style import COLOURS, Refused
 
 
 def named(name, columns):
-    """The column of that name, or the only one that ends with it behind a dot: `gain` is scenario.follow.gain, as a sweep takes it."""
+    """The column of that name, or the only one that ends in a dot and that name: `gain` for scenario.follow.gain, as in a sweep."""
     endings = [column for column in columns if column.endswith(f".{name}")]
     return endings[0] if name not in columns and name and len(endings) == 1 else name
 

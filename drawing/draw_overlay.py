@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 
 from figure_style import TABLE
 
-DASHES = (0, (3.4, 3))  # a ring of 2 points shows as dashed, too
+DASHES = (0, (3.4, 3))  # short enough for rings of 2 points
 HATCH = {"plain": None, "stripes": "////", "dots": "...", "cross": "xxx"}
 # What lies over what: robots come above shapes and below words.
 RASTERS, POLYGONS, CIRCLES, LINES, WORDS = 0.5, 1.0, 1.2, 1.4, 7.0

@@ -117,7 +117,7 @@ class Spellings(unittest.TestCase):
         return code, text, {plain(str(path.relative_to(self.folder))): path.read_bytes() for path in files if path.suffix in (".csv", ".yaml")}, [plain(str(path)) for path in files]
 
     def test_commands_know_a_file_however_it_is_spelled(self):
-        """Each command with the plain path and two more, by turns, so that each spelling is tried by four commands; with ARKMESH_THOROUGH with all."""
+        """Each command takes the plain path and two other spellings in rotation, so at least four commands try each; with ARKMESH_THOROUGH all try all."""
         for number, (name, (path, command)) in enumerate(COMMANDS.items()):
             first, (plain, *others) = None, self.spellings(path)
             if "ARKMESH_THOROUGH" not in os.environ:

@@ -62,7 +62,7 @@ class Batch:
         Parameters
         ----------
         x, y
-            The setting and the column; of a scenario's setting its name is enough.
+            The setting and the column. A setting of the scenario may be given by its own name, `gain` for `scenario.follow.gain`.
         by
             A setting; each of its values gets a line or colour.
         kind

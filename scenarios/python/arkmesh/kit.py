@@ -113,7 +113,7 @@ class Kit:
         wind
             (2) velocity along x and y, in m/s.
         cap, cut_off
-            Largest amount in a cell; smaller amounts count as 0.
+            Largest amount that a cell holds; amount below which it holds none.
         zones
             (number, opening in radians, radius in metres, least amount) of sensing zones in front of robots.
         full
