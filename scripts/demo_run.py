@@ -11,15 +11,13 @@ import subprocess
 import sys
 import time
 
-from joined_networks import HALL, join_at_server, join_by_tls, joined_networks, nats_server, networks_behind_routers
-from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, end_all, end_with_parent, join_hashes, join_results, link_losses
+from joined_networks import HALL, join_at_server, join_by_tls, joined_networks, nats_server, networks_behind_routers, server_text
+from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, begin, end_with_parent, join_hashes, join_results, link_losses, ready
 
 LABS = [ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"]
 # With --emulated roark is a testbed of Kilobots: the lab's cameras and overhead controller are those of an emulated testbed, a process of its own.
 EMULATOR = ROOT / "experiments/emulator/roark.toml"
 EMULATED_OVERRIDES = {"roark": ["arena.use=kilobot", "arena.kilobot.video=true", "view.emulator=127.0.0.1:8092"]}
-
-
 # With --hybrid one swarm is simulated and the other stands on an emulated testbed, in one process and as fast as it can be computed.
 HYBRIDS = {"dhtf": ["experiments/dhtf/shark.toml", "experiments/dhtf/roark_emulated.toml"],
            "cre": ["experiments/cre/meadow.toml", "experiments/cre/sky_emulated.toml"]}
@@ -102,23 +100,11 @@ def summary(joint, out):
     return "\n".join(lines)
 
 
-@contextlib.contextmanager
 def emulated_testbed(out, program=PROGRAM, file=EMULATOR, more=()):
-    """The emulator's process, ready: cameras and overhead controller can be reached."""
+    """The emulator as a context, ready: its cameras and its overhead controller can be reached."""
     said = out / "emulator.txt"
-    command = [program, "emulator", file, "--truth", out / "truth.csv", *more]
-    with open(said, "wb") as file:
-        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT, preexec_fn=end_with_parent)
-    try:
-        end = time.monotonic() + 300
-        while "commands:" not in said.read_text(errors="replace"):
-            if process.poll() is not None or time.monotonic() > end:
-                words = said.read_text(errors="replace").strip().splitlines() or ["it said nothing"]
-                raise Failed(f"The emulated testbed did not start: {words[-1]}")
-            time.sleep(0.05)
-        yield
-    finally:
-        end_all([process])
+    said.unlink(missing_ok=True)  # of another one there
+    return ready(begin([program, "emulator", file, "--truth", out / "truth.csv", *more], said), said, "commands:", "The emulated testbed")
 
 
 def show(joint, out):
@@ -177,7 +163,7 @@ def run(arguments, files=LABS, program=PROGRAM):
             names = [file.stem for file in files]
             enter, hall = ending.enter_context(networks_behind_routers(names))
             own = join_at_server(names, out / "keys", f"nats://{HALL}", program)
-            ending.enter_context(nats_server(hall, out))
+            ending.enter_context(nats_server(out, server_text(), hall))
         labs = ending.enter_context(LabProcesses(files, out, overrides, own, program=program, enter=enter, lab_words=["--open"] if getattr(arguments, "open", False) else []))
         print(f"demo: {len(files)} labs and {len(files)} gateways run, each a process of its own; recording to {out}", flush=True)
         if arguments.federation:

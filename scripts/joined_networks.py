@@ -3,7 +3,7 @@ import contextlib
 import shutil
 import subprocess
 
-from lab_processes import PROGRAM, ROOT, Failed, end_with_parent
+from lab_processes import PROGRAM, ROOT, Failed, begin, end_with_parent, last_line, ready
 
 # The first address of each lab's end of the cable: 10.77.0.1, 10.77.0.2.
 ADDRESS = "10.77.0.{}"
@@ -11,10 +11,11 @@ PORT = 7444
 
 
 def call(*command):
+    """What a command said; Failed when it fails."""
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
     if done.returncode != 0:
-        said = (done.stderr or done.stdout).strip().splitlines() or ["it said nothing"]
-        raise Failed(f"`{' '.join(str(word) for word in command)}` failed: {said[-1]}")
+        raise Failed(f"`{' '.join(str(word) for word in command)}` failed: {last_line(done.stderr or done.stdout)}")
+    return done.stdout
 
 
 @contextlib.contextmanager
@@ -91,28 +92,21 @@ def networks_behind_routers(labs):
         yield enter, hall
 
 
-def start_nats_server(folder, text, words=(), name="nats-server", begin=end_with_parent):
+def start_nats_server(folder, text, words=(), name="nats-server", preexec_fn=end_with_parent):
     """The server with this configuration, which lies in the folder beside what it says; `words` go before its command."""
     file = folder / f"{name}.conf"
     file.write_text(text)
-    with open(file.with_suffix(".txt"), "ab") as said:
-        try:
-            return subprocess.Popen([*words, "/usr/sbin/nats-server", "-c", file], stdin=subprocess.DEVNULL, stdout=said, stderr=said, preexec_fn=begin)
-        except OSError as error:
-            raise Failed(f"nats-server cannot be started ({error.strerror}); scripts/setup federation installs it.") from None
+    return begin([*words, "/usr/sbin/nats-server", "-c", file], file.with_suffix(".txt"), "scripts/setup federation installs it", preexec_fn)
 
 
-@contextlib.contextmanager
-def nats_server(words, out):
-    """The server of experiments/federation/server.conf, at HALL in the network of these words."""
-    server = start_nats_server(out, (ROOT / "experiments/federation/server.conf").read_text().replace("127.0.0.1:4222", f"{HALL}:4222"), words)
-    try:
-        yield
-        if server.poll() is not None:
-            raise Failed(f"The NATS server has ended: {((out / 'nats-server.txt').read_text(errors='replace').strip().splitlines() or ['it said nothing'])[-1]}")
-    finally:
-        server.terminate()
-        server.wait()
+def nats_server(folder, text, words=()):
+    """The server as a context, ready: its process."""
+    return ready(start_nats_server(folder, text, words), folder / "nats-server.txt", "Server is ready", "The NATS server")
+
+
+def server_text():
+    """The configuration of a server at HALL."""
+    return (ROOT / "experiments/federation/server.conf").read_text().replace("127.0.0.1:4222", f"{HALL}:4222")
 
 
 def make_keys(labs, folder, program=PROGRAM):

@@ -34,6 +34,44 @@ def run_delay_s(process):
     return 0.0
 
 
+def last_line(text):
+    """Of what a program said."""
+    return (text.strip().splitlines() or ["it said nothing"])[-1]
+
+
+def until(seconds, condition, what, pause_s=0.05):
+    """Waits for a condition; when it does not come, Failed with the sentence `what`."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            raise Failed(what)
+        time.sleep(pause_s)
+
+
+def begin(command, said, missing="run scripts/build first", preexec_fn=end_with_parent):
+    """Starts a process that ends with this one, and adds what it says to a file."""
+    with open(said, "ab") as file:
+        try:
+            return subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL, stdout=file, stderr=file, preexec_fn=preexec_fn)
+        except OSError as error:
+            raise Failed(f"{command[0]} cannot be started ({error.strerror}); {missing}.") from None
+
+
+@contextlib.contextmanager
+def ready(process, said, words, what):
+    """The process, from when it has said these words in its file; the end of the block ends it. Failed when it has ended by itself."""
+    def text():
+        return said.read_text(errors="replace")
+    try:
+        until(300, lambda: words in text() or process.poll() is not None, f"{what} did not start within 300 s.")
+        if process.poll() is None:
+            yield process
+        if process.poll() is not None:
+            raise Failed(f"{what} has ended: {last_line(text())}")
+    finally:
+        end_all([process])
+
+
 def end_all(processes):
     """Asks what still runs to end, and ends what does not listen."""
     for process in processes:
@@ -85,18 +123,11 @@ class LabProcesses:
         command = [*self.enter.get(lab, []), self.program, what, self.files[lab], *self.overrides[lab], *more]
         if what == "lab":
             command += ["--out", out or self.out / lab, *self.lab_words]
-        with open(self.said(what, lab), "ab") as said:
-            try:
-                self.processes[what, lab] = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT,
-                                                             preexec_fn=end_with_parent)
-            except OSError as error:
-                raise Failed(f"{self.program} cannot be started ({error.strerror}); run scripts/build first.") from None
+        self.processes[what, lab] = begin(command, self.said(what, lab))
 
     def last_words(self, what, lab):
         """The last line that a process said, progress aside."""
-        lines = self.said(what, lab).read_text(errors="replace").splitlines()
-        lines = [line.strip() for line in lines if line.strip() and not PROGRESS.search(line)]
-        return lines[-1] if lines else "it said nothing"
+        return last_line("\n".join(line for line in self.said(what, lab).read_text(errors="replace").splitlines() if not PROGRESS.search(line))).strip()
 
     def progress(self):
         """{lab: (period, periods, line)} of the labs that have said how far they are."""

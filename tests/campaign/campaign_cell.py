@@ -19,7 +19,7 @@ from campaign_files import LISTENS, PORTS, THROUGH
 from campaign_network import Impostor, Link
 from demo_run import emulated_testbed
 from lab_bus import BusEar
-from lab_processes import Failed, LabProcesses, run_delay_s
+from lab_processes import Failed, LabProcesses, run_delay_s, until
 
 CONTROL = 8092                          # of the emulator
 PATIENCE_S = 8                          # gate.patience_s
@@ -30,7 +30,6 @@ LINE_AWAY_S = 8
 SEEN_TO_STAND_S = 10                    # for so long an arena tells its robots to stand at the end
 HUNG_S = 3                              # safety.hung_s
 STAND_WITHIN_S = 3.5                    # of the lab's end, or of when its controller can be reached: settle_s + 1
-ROBOTS = 3
 
 
 @dataclasses.dataclass
@@ -54,8 +53,23 @@ def failing_program(program):
     return program.parent / "arkmesh_failing"
 
 
+def small_disk(folder):
+    """Mounts one of 48 MiB."""
+    folder.mkdir(exist_ok=True)
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=48m", "campaign", folder], check=True)
+
+
+def fill(folder):
+    """Until nothing more fits on its disk."""
+    with contextlib.suppress(OSError), open(folder / "filler", "wb", buffering=0) as filler:
+        while True:
+            filler.write(bytes(4096))
+
+
 class Cell:
-    def __init__(self, arena, phase, fault, out, program, hash_text):
+    robots = 3
+
+    def __init__(self, arena, phase, fault, out, program, hash_text, _divide=1):
         self.arena, self.phase, self.fault, self.out, self.hash = arena, phase, fault, out, hash_text
         self.promise = campaign_promises.promise(arena, phase, fault)
         self.program = failing_program(program) if fault == "scenario exception" else program
@@ -75,14 +89,14 @@ class Cell:
         hardware = self.arena == "hardware"
         crash = self.out / "crash.c"
         crash.write_text(campaign_files.crashing_program(int(31 * self.pace.period_s * self.pace.fault_at)))
-        (self.out / "emulator.toml").write_text(campaign_files.emulator(ROBOTS, f'ohc_link = "{self.out}/ohc"\n'))
+        (self.out / "emulator.toml").write_text(campaign_files.emulator(self.robots, f'ohc_link = "{self.out}/ohc"\n'))
         files = []
         for lab in PORTS:
             own = lab == "roark"
             crashes = own and self.fault == "program crash" and not hardware
             files.append(self.out / f"{lab}.toml")
             files[-1].write_text(campaign_files.lab(
-                lab, self.port, duration_s=self.pace.duration_s, period_s=self.pace.period_s, robots=ROBOTS, out=self.out, patience_s=self.patience_s,
+                lab, self.port, duration_s=self.pace.duration_s, period_s=self.pace.period_s, robots=self.robots, out=self.out, patience_s=self.patience_s,
                 use="kilobot" if own and hardware else "ode", pace=0.0 if self.arena == "simulated" else 1.0, side_m=0.5 if own else 1.0,
                 controller=crash if crashes else campaign_files.DHTF))
         return files
@@ -93,11 +107,10 @@ class Cell:
 
     def until(self, seconds, condition, what):
         """Waits for something that the cell needs before it can judge."""
-        end = time.monotonic() + seconds
-        while not condition():
-            if time.monotonic() > end:
-                raise Failed(f"{what} has not happened within {seconds} s; roark: {self.said()[-300:].strip()} shark: {self.said('shark')[-300:].strip()}")
-            time.sleep(0.01)
+        try:
+            until(seconds, condition, f"{what} has not happened within {seconds} s", 0.01)
+        except Failed as failure:
+            raise Failed(f"{failure}; roark: {self.said()[-300:].strip()} shark: {self.said('shark')[-300:].strip()}") from None
 
     def process(self, lab="roark"):
         return self.labs.processes["lab", lab]
@@ -135,9 +148,8 @@ class Cell:
         if self.phase == "waiting in mid-run":
             self.link.cut()
             # an arena that keeps real time notices after five seconds; whether it says so is not what this cell is about
-            end = time.monotonic() + 7
-            while not re.search("waiting for shark|without shark", self.state()) and self.lives() and time.monotonic() < end:
-                time.sleep(0.01)
+            with contextlib.suppress(Failed):
+                self.until(7, lambda: re.search("waiting for shark|without shark", self.state()) or not self.lives(), "the lab's wait for its peer")
             self.judge_wait()
 
     def judge_wait(self):
@@ -188,17 +200,26 @@ class Cell:
             self.link.cut()
             time.sleep(4 if fault == "link cut 4 s" else 0)
         elif fault == "disk full":
-            with contextlib.suppress(OSError), open(self.folders["roark"].parent / "filler", "wb", buffering=0) as filler:
-                while True:
-                    filler.write(bytes(4096))
+            fill(self.folders["roark"].parent)
         elif fault == "run folder removed":
             while self.folders["roark"].exists():  # the lab may be writing there
                 shutil.rmtree(self.folders["roark"], ignore_errors=True)
 
-    def command(self, *words, limit_s):
+    def command(self, *words, limit_s=300):
         """Code and words of a command of arkmesh."""
         done = subprocess.run([self.program, *words], capture_output=True, text=True, timeout=limit_s)
         return done.returncode, done.stdout + done.stderr
+
+    def step(self, *words, codes=(0,), limit_s=300):
+        """The words of a command that ends with one of these codes."""
+        code, said = self.command(*words, limit_s=limit_s)
+        if code not in codes:
+            raise Failed(f"arkmesh {' '.join(map(str, words[:2]))} ends with {code}: {said.strip()[-300:]}")
+        return said
+
+    def tell_lab(self, word):
+        """pause, resume, reset; 4: nobody saw yet that robots stand."""
+        self.step(word, self.out / "roark.toml", codes=(0, 4))
 
     def try_in_vain(self, who):
         """Another program wants the port while nobody is reached by it; it ends so, or is killed."""
@@ -221,7 +242,6 @@ class Cell:
             if code != 1 or "hangs" not in said:
                 self.problems.append(f"{what} to a lab that hangs ends with {code} and says: {said.strip()[-200:]}")
         if seconds > HUNG_S:
-            self.until(60, lambda: self.emulator_time_s() > began + 9, "the emulator's time")
             self.judge_stillness(began + HUNG_S + 0.5 - STAND_WITHIN_S)
         process.send_signal(signal.SIGKILL if what in ("stop", "SIGKILL") else signal.SIGCONT)
         if what in ("stop", "SIGKILL"):
@@ -231,15 +251,11 @@ class Cell:
         """The line holds bytes back for so long; the lab is told to pause a second after that began, or a second after it ended."""
         begin = self.emulator_time_s()
         self.tell_emulator(f"ohc stall {seconds}")
-        self.until(300, lambda: self.emulator_time_s() > begin + (1 if during else seconds + 1), "the emulator's time")
+        self.until_emulated(begin + (1 if during else seconds + 1))
         told = self.emulator_time_s()
-        code, said = self.command("pause", self.out / "roark.toml", limit_s=300)
-        if code not in (0, 4):
-            self.problems.append(f"pause at a stalled line ends with {code}: {said.strip()[-200:]}")
-        stands = max(begin + seconds, told)
-        self.until(300, lambda: self.emulator_time_s() > stands + STAND_WITHIN_S + 2.5, "the emulator's time")
-        self.judge_stillness(stands)
-        self.command("resume", self.out / "roark.toml", limit_s=300)
+        self.tell_lab("pause")
+        self.judge_stillness(max(begin + seconds, told))
+        self.command("resume", self.out / "roark.toml")
 
     def end_fault(self):
         """What comes after the fault: the peer starts, the link is mended."""
@@ -263,6 +279,9 @@ class Cell:
 
     def emulator_time_s(self):
         return float(re.search(r"time_s=([\d.]+)", self.tell_emulator("status"))[1])
+
+    def until_emulated(self, time_s):
+        self.until(300, lambda: self.emulator_time_s() > time_s, "the emulator's time")
 
     # ------------------------------------------------------------ the end
 
@@ -289,22 +308,23 @@ class Cell:
                     self.problems.append(f"{lab} has not ended {self.limit_s(lab, wanted[lab]):.0f} s after the fault; it says: {self.ears[lab].state()[:150]}")
             time.sleep(0.02)
         if still is not None:
-            self.until(300, lambda: self.emulator_time_s() > still + STAND_WITHIN_S + 2.5, "the emulator's time")
             self.judge_stillness(still)
+
+    def truth(self):
+        """Whole rows of the emulator's record; the last one may be half written."""
+        with open(self.out / "truth.csv", newline="") as truth:
+            return [row for row in csv.DictReader(truth) if row["in_arena"]]
 
     def judge_stillness(self, end_s):
         """By the emulator's truth robots stand still from then on."""
-        places = {}
-        with open(self.out / "truth.csv", newline="") as truth:
-            for row in csv.DictReader(truth):
-                with contextlib.suppress(TypeError, ValueError):  # the last row may be half written
-                    if end_s + STAND_WITHIN_S <= float(row["time_s"]) <= end_s + STAND_WITHIN_S + 2:
-                        places.setdefault(row["robot"], []).append([float(row[key]) for key in ("x_m", "y_m", "heading_rad")])
-        if len(places) != ROBOTS:
-            self.problems.append(f"the emulator's record holds {len(places)} of {ROBOTS} robots after the end")
+        begin_s, places = end_s + STAND_WITHIN_S, {}
+        self.until_emulated(begin_s + 2.5)
+        for row in self.truth():
+            if begin_s <= float(row["time_s"]) <= begin_s + 2:
+                places.setdefault(row["robot"], []).append([float(row[key]) for key in ("x_m", "y_m", "heading_rad")])
         moved = sum(max(abs(a - b) for a, b in zip(way[0], way[-1])) > 5e-4 for way in places.values())
-        if moved:
-            self.problems.append(f"{moved} of {ROBOTS} robots move {STAND_WITHIN_S} s after the end")
+        if moved or len(places) != self.robots:
+            self.problems.append(f"{moved} of {len(places)} robots that the emulator's record holds, of {self.robots}, move {STAND_WITHIN_S} s after the end")
 
     def result_of(self, lab):
         if lab == "roark" and self.fault == "run folder removed":
@@ -386,16 +406,14 @@ class Cell:
         return {lab: BusEar(port, ["status", "world", "roark/world"]) for lab, port in PORTS.items()}
 
     @contextlib.contextmanager
-    def prepared(self, own_overrides=None):
+    def prepared(self):
         """Files, ears, the link and the emulator are there; whatever is started within is ended."""
         self.out.mkdir(parents=True, exist_ok=True)
         if self.fault == "disk full":
-            disk = self.folders["roark"].parent
-            disk.mkdir()
-            subprocess.run(["mount", "-t", "tmpfs", "-o", "size=48m", "campaign", disk], check=True)
+            small_disk(self.folders["roark"].parent)
         (self.out / "fail").mkdir()
         os.environ["ARKMESH_FAIL_IN"] = str(self.out / "fail")
-        self.labs = LabProcesses(self.write_files(), self.out, own_overrides=own_overrides, program=self.program)
+        self.labs = LabProcesses(self.write_files(), self.out, program=self.program)
         self.ears = self.listen()
         self.link = Link(THROUGH, LISTENS)
         with contextlib.ExitStack() as ending:
@@ -409,21 +427,24 @@ class Cell:
         """What was wrong, as sentences; empty when the promise was kept."""
         try:
             with self.prepared():
-                self.enter_phase()
-                if not self.lives() and not (self.phase == "ending" or self.fault == "program crash"):
-                    raise Failed(f"the lab ended before the fault: {self.labs.last_words('lab', 'roark')}")
-                begin = time.monotonic()
-                self.do_fault()
-                if self.fault == "SIGSTOP 20 s":
-                    begin = time.monotonic()
-                self.end_fault()
-                self.wait_for_ends(begin)
-                self.judge_lab("roark", self.promise.end, self.promise.says)
-                if "shark" in self.ended or self.promise.peer == "killed":
-                    self.judge_lab("shark", self.promise.peer, self.promise.peer_says)
-                self.judge_recording()
-                if self.promise.end == "killed":
-                    self.judge_next_start()
-        except Failed as failure:
+                self.play()
+        except (Failed, subprocess.TimeoutExpired) as failure:
             self.problems.append(f"not brought about: {failure}")
         return self.problems
+
+    def play(self):
+        self.enter_phase()
+        if not self.lives() and not (self.phase == "ending" or self.fault == "program crash"):
+            raise Failed(f"the lab ended before the fault: {self.labs.last_words('lab', 'roark')}")
+        begin = time.monotonic()
+        self.do_fault()
+        if self.fault == "SIGSTOP 20 s":
+            begin = time.monotonic()
+        self.end_fault()
+        self.wait_for_ends(begin)
+        self.judge_lab("roark", self.promise.end, self.promise.says)
+        if "shark" in self.ended or self.promise.peer == "killed":
+            self.judge_lab("shark", self.promise.peer, self.promise.peer_says)
+        self.judge_recording()
+        if self.promise.end == "killed":
+            self.judge_next_start()

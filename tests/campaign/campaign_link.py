@@ -9,17 +9,16 @@ import pathlib
 import re
 import resource
 import signal
-import subprocess
 import threading
 import time
 
-from campaign_cell import Cell, Pace
+from campaign_cell import Cell, Pace, small_disk
 from campaign_files import LISTENS, PORTS, THROUGH
 from campaign_link_faults import RAVEN_BUS, ROUTES, SECOND_LISTENS, LinkFaults
 from campaign_network import Marks, Path
 from campaign_promises import LINK_FAULTS
-from lab_bus import BusEar
-from lab_processes import ROOT, Failed, end_with_parent, run_delay_s
+from lab_bus import BusEar, gateway_file
+from lab_processes import ROOT, Failed, begin, end_with_parent, run_delay_s
 from joined_networks import call, start_nats_server
 
 BUSES = PORTS | {"lynx": 7703}
@@ -42,16 +41,7 @@ CLUSTER_TEXT = """cluster {{
 }}
 """
 THROUGH_US = {"slow reader 40 s", "old session replayed", "full disk"}  # faults for which the link passes through this process
-GATEWAY_TEXT = """[lab]
-name = "{lab}"
-[bus]
-url = "udpm://239.255.76.67:{bus}?ttl=0&recv_buf_size=4194304"
-[run]
-scenario = "dhtf"
-[shared]
-labs = {labs}
-[gateway]
-"""
+WAYS = (("shark", "roark"), ("roark", "shark"))
 
 
 class LinkCell(LinkFaults, Cell):
@@ -59,15 +49,15 @@ class LinkCell(LinkFaults, Cell):
         super().__init__("simulated", "running", "", out, program, hash_text)
         self.kind, self.phase, self.fault, self.divide, self.about = kind, phase, fault, divide, LINK_FAULTS[fault]
         self.pace, self.patience_s = Pace(2.0, 4000.0, 50), 300
-        self.peaks, self.views, self.others, self.servers = {}, {}, [], {}
+        self.peaks, self.views, self.others, self.servers, self.hurry = {}, {}, [], {}, threading.Event()
         self.clock = out / "clock_jump.txt"
         whole = next((float(number) for number in re.findall(r"(\d+) s$", fault)), 0)
         self.seconds = max(whole / divide, min(whole, 4.0))  # 4 s: longer than what is noticed
 
     # ------------------------------------------------------------ preparation
 
-    def tls(self, address):
-        return f"{self.kind}://{address}" if self.kind == "tls" else address
+    def tls(self, port):
+        return ("tls://" if self.kind == "tls" else "") + f"127.0.0.1:{port}"
 
     def keys(self, lab):
         return self.out / "keys" / lab
@@ -93,25 +83,19 @@ class LinkCell(LinkFaults, Cell):
             call("cc", "-shared", "-fPIC", "-O1", "-o", library, ROOT / "tests/campaign/clock_jump.c", "-ldl")
         return [f"LD_PRELOAD={library}", f"CLOCK_JUMP={self.clock}"]
 
-    def gateway_file(self, lab, bus, labs, lines):
-        file = self.out / f"{lab}.toml"
-        file.write_text(GATEWAY_TEXT.format(lab=lab, bus=bus, labs=str(labs).replace("'", '"')) + "\n".join(lines) + "\n")
-        return file
-
     def of_gateway(self, lab):
         """Overrides of the two labs' gateways."""
+        own = ['gateway.imports=["world","status","marks"]', 'gateway.ordered=["marks"]', f'gateway.keys="{self.keys(lab)}"']
+        if lab == "shark":
+            own.append('shared.labs=["lynx","raven","roark","shark"]')
         if self.kind == "nats":
             ports = [LISTENS] if lab == "shark" else [SECOND_LISTENS, LISTENS] if self.in_cluster() else [THROUGH]
-            own = ['gateway.listen=""', "gateway.peers=[]", f'gateway.connect="nats://{",".join(f"127.0.0.1:{port}" for port in ports)}"',
-                   'gateway.imports=["world","status","marks"]', 'gateway.ordered=["marks"]', f'gateway.keys="{self.keys(lab)}"',
-                   *(['shared.labs=["lynx","raven","roark","shark"]'] if lab == "shark" else [])]
-            return [part for each in own for part in ("--set", each)]
-        through = THROUGH if self.fault in THROUGH_US else LISTENS
-        own = {"shark": [f'gateway.listen="{self.tls(f"127.0.0.1:{LISTENS}")}"', 'gateway.imports=["world","status","marks"]',
-                         f'gateway.peers=[{{lab="roark"}},{{lab="raven"}},{{lab="lynx",connect="{self.tls(f"127.0.0.1:{LYNX_LISTENS}")}"}}]',
-                         'shared.labs=["lynx","raven","roark","shark"]'],
-               "roark": ['gateway.imports=["world","status","marks"]', f'gateway.peers=[{{lab="shark",connect="{self.tls(f"127.0.0.1:{through}")}"}}]']}
-        return [part for each in [*own[lab], 'gateway.ordered=["marks"]', f'gateway.keys="{self.keys(lab)}"'] for part in ("--set", each)]
+            own += ['gateway.listen=""', "gateway.peers=[]", f'gateway.connect="nats://{",".join(f"127.0.0.1:{port}" for port in ports)}"']
+        elif lab == "shark":
+            own += [f'gateway.listen="{self.tls(LISTENS)}"', f'gateway.peers=[{{lab="roark"}},{{lab="raven"}},{{lab="lynx",connect="{self.tls(LYNX_LISTENS)}"}}]']
+        else:
+            own.append(f'gateway.peers=[{{lab="shark",connect="{self.tls(THROUGH if self.fault in THROUGH_US else LISTENS)}"}}]')
+        return [part for each in own for part in ("--set", each)]
 
     def in_cluster(self):
         return self.fault.startswith("cluster")
@@ -121,11 +105,11 @@ class LinkCell(LinkFaults, Cell):
         text = SERVER_TEXT.format(port=port, max_payload=max_payload, max_pending=max(max_pending, max_payload))
         if self.in_cluster():
             text += CLUSTER_TEXT.format(listens=ROUTES[port], routes="" if port == LISTENS else f'"nats://127.0.0.1:{ROUTES[LISTENS]}"')
-        def begin():
+        def with_memory():
             end_with_parent()
             if memory:
                 resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
-        self.servers[port] = start_nats_server(self.out, text, name=f"server-{port}", begin=begin)
+        self.servers[port] = start_nats_server(self.out, text, name=f"server-{port}", preexec_fn=with_memory)
 
     def server_said(self, port=LISTENS):
         return self.out / f"server-{port}.txt"
@@ -151,18 +135,14 @@ class LinkCell(LinkFaults, Cell):
 
     def start_other(self, lab, file):
         """A gateway beside the two labs'; ended with the cell."""
-        with open(self.out / f"{lab}-gateway.txt", "ab") as said:
-            process = subprocess.Popen([self.program, "gateway", file], stdin=subprocess.DEVNULL, stdout=said, stderr=said, preexec_fn=end_with_parent)
-        self.others.append(process)
-        return process
+        self.others.append(begin([self.program, "gateway", file], self.out / f"{lab}-gateway.txt"))
+        return self.others[-1]
 
-    def start_raven(self, peer="shark", port=LISTENS, more=()):
+    def start_raven(self, peer="shark"):
         """raven's gateway, for faults in which it is a real one."""
-        labs = ["raven", peer]
-        lines = [f'keys = "{self.keys("raven")}"', 'exports = ["status", "stray"]', *more, "[[gateway.peers]]", f'lab = "{peer}"',
-                 f'connect = "{self.tls(f"127.0.0.1:{port}")}"']
+        lines = [f'keys = "{self.keys("raven")}"', 'exports = ["status", "stray"]', "[[gateway.peers]]", f'lab = "{peer}"', f'connect = "{self.tls(LISTENS)}"']
         self.ears["raven"] = BusEar(RAVEN_BUS, ["peers"], lambda *_: self.note("raven"))
-        return self.start_other("raven", self.gateway_file("raven", RAVEN_BUS, labs, lines))
+        self.start_other("raven", gateway_file(self.out, "raven", RAVEN_BUS, ["raven", peer], lines))
 
     def watch(self, lab, process):
         """Notes how far the resident memory of a gateway grows from when it has begun, as long as it lives."""
@@ -199,14 +179,14 @@ class LinkCell(LinkFaults, Cell):
                 for lab, port in BUSES.items()}
 
     @contextlib.contextmanager
-    def prepared_link(self):
+    def prepared(self):
         self.out.mkdir(parents=True, exist_ok=True)
         if self.fault == "full disk":
-            subprocess.run(["mount", "-t", "tmpfs", "-o", "size=48m", "campaign", self.out], check=True)
+            small_disk(self.out)
         self.clock.write_text("0")
         if self.kind != "tcp":
             self.make_keys()
-        with self.prepared():
+        with super().prepared():
             if self.in_cluster():
                 # Servers of a cluster (2.9.10) leave a path between them that is lost only when TCP gives it up, which takes a quarter of an hour as it is.
                 pathlib.Path("/proc/sys/net/ipv4/tcp_retries2").write_text("5")
@@ -223,11 +203,12 @@ class LinkCell(LinkFaults, Cell):
             if self.kind == "nats":
                 lines.append(f'connect = "nats://127.0.0.1:{LISTENS}"')
             else:
-                lines += [f'listen = "{self.tls(f"127.0.0.1:{LYNX_LISTENS}")}"', "[[gateway.peers]]", 'lab = "shark"']
+                lines += [f'listen = "{self.tls(LYNX_LISTENS)}"', "[[gateway.peers]]", 'lab = "shark"']
             try:
-                self.watch("lynx", self.start_other("lynx", self.gateway_file("lynx", BUSES["lynx"], ["lynx", "shark"], lines)))
+                self.watch("lynx", self.start_other("lynx", gateway_file(self.out, "lynx", BUSES["lynx"], ["lynx", "shark"], lines)))
                 yield
             finally:
+                self.hurry.set()
                 self.path.mend()
                 for process in [*self.others, *self.servers.values()]:
                     process.kill()
@@ -249,7 +230,7 @@ class LinkCell(LinkFaults, Cell):
     def alive(self):
         """The ends of the link that can show it as down."""
         stood = {"connecting gateway killed": "roark", "listening gateway killed": "shark"}.get(self.fault) or ("roark" if "frozen" in self.fault else None)
-        return [pair for pair in (("shark", "roark"), ("roark", "shark")) if pair[0] != stood]
+        return [pair for pair in WAYS if pair[0] != stood]
 
     def run_delays(self):
         return {process: run_delay_s(process) for process in (os.getpid(), *(self.gateway(lab).pid for lab in PORTS))}
@@ -264,7 +245,7 @@ class LinkCell(LinkFaults, Cell):
             return next((view[0] - began for view in list(self.views[lab]) if view[0] > began and not view[1].get(peer)), None)
 
         def flows():
-            return [self.marks.first_after(way, returned) for way in (("shark", "roark"), ("roark", "shark"))]
+            return [self.marks.first_after(way, returned) for way in WAYS]
         self.until(300, lambda: all(flows()), "data after the path's return")
         flowed, late_s = max(flows()) - returned, self.late_s()
         self.figures["flows_s"] = round(flowed, 2)
@@ -301,7 +282,7 @@ class LinkCell(LinkFaults, Cell):
             if pause > DOWN_S + self.late_s() or any(not view[1]["shark"] for view in self.views["lynx"] if view[0] > began):
                 self.problems.append(f"the link with lynx was disturbed: {pause:.1f} s without data")
         if "gateway killed" not in self.fault:
-            for way in (("shark", "roark"), ("roark", "shark")):
+            for way in WAYS:
                 if wrong := self.marks.out_of_order(way):
                     self.problems.append(f"{wrong} ordered messages from {way[0]} to {way[1]} are lost or repeated")
         for lab in PORTS:
@@ -311,37 +292,28 @@ class LinkCell(LinkFaults, Cell):
         if self.figures["growth_mib"] > GROWTH_MIB:
             self.problems.append(f"a gateway grew by {self.figures['growth_mib']} MiB: {self.peaks}")
 
-    def run(self):
-        """What was wrong, as sentences; empty when the promise was kept."""
-        self.hurry = threading.Event()
-        try:
-            with self.prepared_link():
-                for lab in PORTS:
-                    self.start_gateway(lab)
-                for lab in PORTS:
-                    self.start_lab(lab)
-                self.until(300, lambda: self.ears["roark"].period() >= self.pace.fault_at or not self.lives(), "the run's beginning")
-                if not self.lives():
-                    raise Failed(f"the lab ended before the fault: {self.labs.last_words('lab', 'roark')}")
-                threading.Thread(target=self.slow_labs, daemon=True).start()
-                self.until(300, lambda: all(self.is_up(*pair) for pair in (("shark", "roark"), ("roark", "shark"), ("lynx", "shark"))), "the links")
-                self.until(300, lambda: len(self.marks.came) >= 4, "data on each way")
-                time.sleep(1)
-                self.began, self.delays = time.monotonic(), self.run_delays()
-                returned = self.do_fault()
-                if not self.lives():
-                    self.problems.append("the run had ended before the fault was over")
-                self.judge_link(self.began, returned)
-                self.judge_counter(self.began)
-                self.hurry.set()
-                self.wait_for_ends(time.monotonic())
-                time.sleep(1)
-                self.judge_others(self.began, returned + 1)
-                for lab in PORTS:
-                    self.judge_lab(lab, "failed" if self.fault == "full disk" else "finished", "")  # a log that is not whole
-                self.marks.stop()
-        except Failed as failure:
-            self.problems.append(f"not brought about: {failure}")
-        finally:
-            self.hurry.set()
-        return self.problems
+    def play(self):
+        for lab in PORTS:
+            self.start_gateway(lab)
+        for lab in PORTS:
+            self.start_lab(lab)
+        self.until(300, lambda: self.ears["roark"].period() >= self.pace.fault_at or not self.lives(), "the run's beginning")
+        if not self.lives():
+            raise Failed(f"the lab ended before the fault: {self.labs.last_words('lab', 'roark')}")
+        threading.Thread(target=self.slow_labs, daemon=True).start()
+        self.until(300, lambda: all(self.is_up(*pair) for pair in (*WAYS, ("lynx", "shark"))), "the links")
+        self.until(300, lambda: len(self.marks.came) >= 4, "data on each way")
+        time.sleep(1)
+        self.began, self.delays = time.monotonic(), self.run_delays()
+        returned = self.do_fault()
+        if not self.lives():
+            self.problems.append("the run had ended before the fault was over")
+        self.judge_link(self.began, returned)
+        self.judge_counter(self.began)
+        self.hurry.set()
+        self.wait_for_ends(time.monotonic())
+        time.sleep(1)
+        self.judge_others(self.began, returned + 1)
+        for lab in PORTS:
+            self.judge_lab(lab, "failed" if self.fault == "full disk" else "finished", "")  # a log that is not whole
+        self.marks.stop()

@@ -1,5 +1,6 @@
 """The faults between gateways: what a LinkCell (campaign_link.py) does to the connection of shark and roark, to their machines, or at shark's port."""
 import contextlib
+import functools
 import pathlib
 import resource
 import signal
@@ -7,6 +8,7 @@ import socket
 import time
 
 import campaign_strangers as strangers
+from campaign_cell import fill
 from campaign_files import LISTENS, THROUGH
 from joined_networks import call
 from lab_bus import say
@@ -22,10 +24,26 @@ class LinkFaults:
     def gateway(self, lab):
         return self.labs.processes["gateway", lab]
 
-    def do_fault(self):
-        """Does it, and returns when the path was there again."""
+    def lasting(self):
+        """Faults that last for the cell's seconds, by how their names begin: how they begin, and how they end."""
         port = THROUGH if self.kind == "nats" else LISTENS  # between roark and all others
         both = (f"dport {port}", f"sport {port}")
+        routes = [f"{end} {port}" for end in ("dport", "sport") for port in ROUTES.values()]
+
+        def frozen(process):
+            return (lambda: process().send_signal(signal.SIGSTOP)), (lambda: process().send_signal(signal.SIGCONT))
+
+        def lost(*ports):
+            return functools.partial(self.path.lose, *ports), self.path.mend
+
+        def at_link(name, value, renew=False):
+            return [functools.partial(self.link.have, name, each, renew) for each in (value, 0)]
+        return {"gateway frozen": frozen(lambda: self.gateway("roark")), "server frozen": frozen(lambda: self.servers[LISTENS]), "half-open": lost(both[1]),
+                "partition": lost(*both), "cluster partition": lost(*routes), "slow consumer": at_link("pace_back", 1000, True),
+                "slow reader": at_link("pace", 1000), "one message in ten": at_link("loses", 10)}
+
+    def do_fault(self):
+        """Does it, and returns when the path was there again."""
         fault, of_kind = self.fault, self.kind
         if fault.endswith("gateway killed"):
             victim = "roark" if fault.startswith("connecting") else "shark"
@@ -33,48 +51,24 @@ class LinkFaults:
             self.gateway(victim).wait()
             time.sleep(4)
             self.start_gateway(victim)
-        elif fault.startswith("gateway frozen"):
-            self.gateway("roark").send_signal(signal.SIGSTOP)
+        elif steps := next((steps for name, steps in self.lasting().items() if fault.startswith(name)), None):
+            steps[0]()
             time.sleep(self.seconds)
-            self.gateway("roark").send_signal(signal.SIGCONT)
-        elif fault.startswith(("half-open", "partition")):
-            self.path.lose(*(both if fault.startswith("partition") else both[1:]))
-            time.sleep(self.seconds)
-            self.path.mend()
+            steps[1]()
         elif fault.startswith("flapping"):
+            both = self.lasting()["partition"]
             end = time.monotonic() + self.seconds
             while time.monotonic() < end:
-                self.path.lose(*both)
-                time.sleep(0.2)
-                self.path.mend()
-                time.sleep(0.2)
+                for step in both:
+                    step()
+                    time.sleep(0.2)
         elif fault.startswith("server"):
             self.harm_server()
-        elif fault.startswith("cluster partition"):
-            self.path.lose(*(f"{end} {port}" for end in ("dport", "sport") for port in ROUTES.values()))
-            time.sleep(self.seconds)
-            self.path.mend()
         elif fault.startswith("cluster's server killed"):
             self.stop_server(SECOND_LISTENS)
             killed = time.monotonic()
             time.sleep(self.seconds)
             return killed  # the other server is the path
-        elif fault.startswith("slow consumer"):
-            self.link.pace_back = 1000
-            self.link.cut()
-            self.link.mend()
-            time.sleep(self.seconds)
-            self.link.pace_back = 0
-            self.link.cut()
-            self.link.mend()
-        elif fault.startswith("one message in ten"):
-            self.link.loses = 10
-            time.sleep(self.seconds)
-            self.link.loses = 0
-        elif fault.startswith("slow reader"):
-            self.link.pace = 1000
-            time.sleep(self.seconds)
-            self.link.pace = 0
         elif fault.startswith("clock"):
             self.clock.write_text("3600" if fault.endswith("ahead") else "-3600")
             self.until(300, lambda: abs(self.views["shark"][-1][3]["roark"]) > 3500, "the offset of the peer's clock")
@@ -103,9 +97,7 @@ class LinkFaults:
         elif fault.startswith("certificate"):
             self.show_certificate()
         elif fault == "full disk":
-            with contextlib.suppress(OSError), open(self.out / "filler", "wb", buffering=0) as filler:
-                while True:
-                    filler.write(bytes(4096))
+            fill(self.out)
             for _ in range(2):  # gateways have something to say
                 self.link.cut()
                 time.sleep(1.5)
@@ -117,11 +109,7 @@ class LinkFaults:
 
     def harm_server(self):
         """Faults of the NATS server."""
-        if "frozen" in self.fault:
-            self.servers[LISTENS].send_signal(signal.SIGSTOP)
-            time.sleep(self.seconds)
-            self.servers[LISTENS].send_signal(signal.SIGCONT)
-        elif "is full" in self.fault:
+        if "is full" in self.fault:
             with contextlib.ExitStack() as ending:
                 while self.takes_place(ending):
                     pass

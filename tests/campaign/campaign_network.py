@@ -30,6 +30,13 @@ class Link:
         self.door = socket.create_server(("127.0.0.1", self.listen))
         threading.Thread(target=self.accept, args=(self.door,), daemon=True).start()
 
+    def have(self, name, value, renew):
+        """Sets one of its properties; of connections that begin then, when they are to be renewed."""
+        setattr(self, name, value)
+        if renew:
+            self.cut()
+            self.mend()
+
     def cut(self):
         # shutdown wakes the thread that accepts; a closed descriptor alone would not
         for each in [self.door, *self.sockets]:

@@ -1,6 +1,5 @@
 """One cell about what robots know: a word or start parameters reach all robots, although some forget or miss them. A robot shows what it knows by its
 LED, and the emulator's truth judges; see tests/campaign/campaign."""
-import csv
 import re
 import time
 
@@ -48,8 +47,8 @@ HEAD = '[shared]\nlabs = ["roark", "shark"]\nowner = "shark"\n'
 
 
 class WordsCell(Cell):
-    def __init__(self, language, _, fault, out, program, hash_text):
-        super().__init__("hardware", "waiting at 0", fault, out, program, hash_text)
+    def __init__(self, language, _, fault, out, program, *more):
+        super().__init__("hardware", "waiting at 0", fault, out, program, *more)
         self.language, self.patience_s, self.pace = language, 300, Pace(0.5, 1000.0, 6)
         self.program = failing_program(program) if language == "C++" else program  # which has the scenario
         self.what, self.when = fault.split(", ")
@@ -71,8 +70,7 @@ class WordsCell(Cell):
 
     def seen(self):
         """{robot: its newest row of the emulator's truth}."""
-        with open(self.out / "truth.csv", newline="") as truth:
-            return {row["robot"]: row for row in csv.DictReader(truth) if row["in_arena"]}  # the last row may be half written
+        return {row["robot"]: row for row in self.truth()}
 
     def show(self, what, robots=("0", "1", "2")):
         rows = self.seen()
@@ -85,24 +83,19 @@ class WordsCell(Cell):
             raise Failed(f"robots show {', '.join(row['led'] for row in self.seen().values())} and not {SHOWS[what]} {KNOWS_WITHIN_S} s after they were to")
         return self.emulator_time_s() - since_s
 
-    def ask(self, word):
-        code, said = self.command(word, self.out / "roark.toml", limit_s=300)
-        if code not in (0, 4):
-            raise Failed(f"{word} ends with {code}: {said.strip()[-200:]}")
-
     def run_from(self, period):
         self.start_lab("shark")
         self.until(300, lambda: self.ears["roark"].period() >= period, "the run's beginning")
 
     def begin_fault(self):
         if self.what in ("reset", "parameters"):
-            return self.ask("reset")
+            return self.tell_lab("reset")
         self.place = [self.seen()["0"][key] for key in ("x_m", "y_m")]
         self.tell_emulator("robot 0 kill" if self.what == "robot off and on" else "robot 0 take")
 
     def end_fault(self):
         if self.what in ("reset", "parameters"):
-            return self.ask("resume")
+            return self.tell_lab("resume")
         said = self.tell_emulator("robot 0 revive" if self.what == "robot off and on" else "robot 0 put " + " ".join(self.place))
         if said != "ok":
             raise Failed(f"the emulator says: {said}")
@@ -131,11 +124,11 @@ class WordsCell(Cell):
         if self.when == "line away at the start":
             self.tell_emulator("ohc unplug")
             self.run_from(2)
-            self.ask("pause")
+            self.tell_lab("pause")
             time.sleep(LINE_AWAY_S)
             self.tell_emulator("ohc plug")
         elif self.when == "pause before the start":
-            self.ask("pause")
+            self.tell_lab("pause")
             self.run_from(2)
         else:
             self.run_from(2)
@@ -144,14 +137,9 @@ class WordsCell(Cell):
             time.sleep(3)
         if self.show("parameters", ["0"]):
             raise Failed("the fault has done nothing")
-        self.ask("resume")
+        self.tell_lab("resume")
         self.figures["knows_s"] = round(self.until_shown("parameters"), 1)
 
-    def run(self):
-        try:
-            with self.prepared():
-                self.enter_phase()
-                self.parameters() if self.what == "parameters" else self.words()
-        except Failed as failure:
-            self.problems.append(str(failure))
-        return self.problems
+    def play(self):
+        self.enter_phase()
+        self.parameters() if self.what == "parameters" else self.words()

@@ -1,23 +1,22 @@
 """Figures of labs that meet at a NATS server: fifty at once beside direct TCP, what a sender pays by the number of its peers, how long a message takes, what
 signatures cost, sixteen labs of DHTF, and what watchers cost the labs. See scripts/measure."""
 import contextlib
-import functools
 import re
 import resource
 import selectors
 import socket
 import statistics
-import subprocess
 import threading
 import time
 
 import intervals
 from joined_networks import make_keys
 from lab_bus import pose_frame
-from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, end_with_parent, join_results
+from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, begin, end_all, join_results, last_line
 from measure_links import FIRST_BUS, NATS_PORT, cpu_s, crowd, nats_server, raise_open_files, told
-from measure_simulator import commit, machine, write_between
+from pages import measured, table, write_between
 
+SOURCES = ("gateway", "tests/measure/measure_federation.py")
 PAGE, SIZING_PLACE = ROOT / "docs/federation.md", "sizing: written by scripts/measure federation_crowd"
 SIZING_HEADER = ["labs", "joined", "a gateway: % of a core", "MB", "the server: % of a core", "MB", "MB/s in, out", "p50, p99 ms", "states, lost"]
 WATCHERS_PLACE, VIEW_PORT = "watchers: written by scripts/measure federation_watchers", 7972
@@ -34,7 +33,7 @@ def federation_crowd(bench):
         print(f"  {told(rows[-1])}", flush=True)
     nats, tcp = rows[-2:]
     if not bench.short:
-        write_between(PAGE, SIZING_PLACE, sizing_table(rows))
+        write_between(PAGE, SIZING_PLACE, f"{measured(*SOURCES)}:\n\n{table(SIZING_HEADER, map(sizing_row, rows))}")
     value = (f"lost {nats['lost']} of {states(nats)}; server {nats['server_cpu']:.0f} %, a gateway {nats['gateway_cpu']:.1f} %; "
              f"p50 {nats['p50_ms']:.1f} (tcp {tcp['p50_ms']:.1f}), p99 {nats['p99_ms']:.1f} ({tcp['p99_ms']:.1f}) ms")
     return nats["lost"] == 0 and nats["refused"] == 0, value, "lost 0, refused 0"
@@ -44,14 +43,10 @@ def states(row):
     return row["labs"] * (row["labs"] - 1) * row["sent"]
 
 
-def sizing_table(rows):
-    lines = [f"| {' | '.join(SIZING_HEADER)} |", "|---" * len(SIZING_HEADER) + "|"]
-    for row in rows:
-        of_server = [f"{row['server_cpu']:.0f}", f"{row['server_mb']:.0f}", ", ".join(f"{each:.2f}" for each in row["passed"])] if row["kind"] == "nats" else ["-"] * 3
-        cells = [row["labs"], {"nats": "at a server", "tcp": "by TCP, each with each"}[row["kind"]], f"{row['gateway_cpu']:.1f}", f"{row['gateway_mb']:.0f}", *of_server,
-                 f"{row['p50_ms']:.1f}, {row['p99_ms']:.1f}", f"{states(row)}, {row['lost']}"]
-        lines.append(f"| {' | '.join(map(str, cells))} |")
-    return f"Commit {commit('gateway', 'tests/measure/measure_federation.py')}, {machine()}, one run of {time.strftime('%Y-%m-%d')}:\n\n" + "\n".join(lines) + "\n"
+def sizing_row(row):
+    of_server = [f"{row['server_cpu']:.0f}", f"{row['server_mb']:.0f}", ", ".join(f"{each:.2f}" for each in row["passed"])] if row["kind"] == "nats" else ["-"] * 3
+    return [row["labs"], {"nats": "at a server", "tcp": "by TCP, each with each"}[row["kind"]], f"{row['gateway_cpu']:.1f}", f"{row['gateway_mb']:.0f}", *of_server,
+            f"{row['p50_ms']:.1f}, {row['p99_ms']:.1f}", f"{states(row)}, {row['lost']}"]
 
 
 def federation_fan_out(bench):
@@ -79,16 +74,9 @@ def federation_latency(bench):
     return ratio <= 3, f"{best['nats']['p50_ms']:.2f} ms, direct {best['tcp']['p50_ms']:.2f} ms: {ratio:.1f} x", "at most 3 x"
 
 
-@functools.cache
-def seals(bench):
-    """{name: microseconds} of the benchmark's lines."""
-    text = subprocess.run([bench.built("bench_seals"), str(len(pose_frame(100)))], capture_output=True, text=True, check=True).stdout
-    return {name: float(us) for name, us in re.findall(r"^(\w+) +([\d.]+)", text, re.M)}
-
-
 def federation_seals(bench):
     """What it costs to sign, verify, seal and unseal a state of 100 robots, and packets a second that one core verifies."""
-    us = seals(bench)
+    us = {name: float(us) for name, us in re.findall(r"^(\w+) +([\d.]+)", bench.say(bench.built("bench_seals"), len(pose_frame(100))), re.M)}
     value = ", ".join(f"{name} {each:.0f} us" for name, each in us.items()) + f"; {1e6 / us['verify']:.0f} verified a second"
     return us["sign"] <= 200 and us["verify"] <= 400, value, "sign 200 us, verify 400 us"
 
@@ -108,21 +96,13 @@ def dhtf_files(folder, number, seconds, others=()):
     return files
 
 
-def dhtf_sixteen(bench, number, seconds):
-    """Labs of DHTF, each a lab and a gateway process, at one server: the joint result; fails when their hashes differ."""
-    folder = bench.folder()
-    folder.mkdir(parents=True)
-    files = dhtf_files(folder, number, seconds)
-    with nats_server(folder), LabProcesses(files, folder / "out") as running:
-        running.wait(patience_s=900)
-    together = join_results(running.results())
-    return together, bench.run(*files)
-
-
 def federation_sixteen(bench):
     """16 labs of DHTF at one server, 32 processes: their final hash and that of one process."""
-    number, seconds = (4, 40) if bench.short else (16, 600)
-    together, alone = dhtf_sixteen(bench, number, seconds)
+    folder = bench.folder()
+    files = dhtf_files(folder, *((4, 40) if bench.short else (16, 600)))
+    with nats_server(folder), LabProcesses(files, folder / "out") as running:
+        running.wait(patience_s=900)
+    together, alone = join_results(running.results()), bench.run(*files)
     return (together["final_hash"] == alone["final_hash"], f"{together['final_hash']} and {alone['final_hash']}, {together['wall']['speed']:.0f} simulated s per wall s", "equal")
 
 
@@ -166,23 +146,21 @@ def cpu_of_ended():
 def watched_pair(bench, watchers, seconds):
     """Two labs of DHTF, a page and so many watchers: the labs' and gateways' processor time per simulated second, and the server's in % of a core."""
     folder = bench.folder()
-    folder.mkdir(parents=True)
     files = dhtf_files(folder, 2, seconds, ["watcher"])
     page = [PROGRAM, "view", "--federation", f"nats://127.0.0.1:{NATS_PORT}", "--experiment", "dhtf", "--keys", folder / "keys/watcher", "--port", str(VIEW_PORT)]
     with contextlib.ExitStack() as ending:
-        server, said = ending.enter_context(nats_server(folder)), ending.enter_context(open(folder / "view.txt", "wb"))
-        view = subprocess.Popen(page, stdin=subprocess.DEVNULL, stdout=said, stderr=said, preexec_fn=end_with_parent)
-        ending.callback(view.wait)
-        ending.callback(view.kill)
+        server = ending.enter_context(nats_server(folder))
+        view = begin(page, folder / "view.txt")
+        ending.callback(end_all, [view])
         clients = Watchers(watchers)
         ending.callback(clients.end)
-        used, begin = (cpu_of_ended(), cpu_s(server)), time.monotonic()
+        used, began = (cpu_of_ended(), cpu_s(server)), time.monotonic()
         with LabProcesses(files, folder / "out") as running:
             running.wait(patience_s=900)
-            took, of_server = time.monotonic() - begin, cpu_s(server) - used[1]
+            took, of_server = time.monotonic() - began, cpu_s(server) - used[1]
         of_labs, result = cpu_of_ended() - used[0], join_results(running.results())
         if view.poll() is not None:
-            raise Failed(f"the page has ended: {(folder / 'view.txt').read_text().strip()[-200:]}")
+            raise Failed(f"the page has ended: {last_line((folder / 'view.txt').read_text())}")
         heard = sorted(clients.heard.values())
     return {"ms": 1000 * of_labs / seconds, "server": 100 * of_server / took, "hash": result["final_hash"], "speed": seconds / took, "heard": heard}
 
@@ -210,7 +188,7 @@ def federation_watchers(bench):
         write_between(PAGE, WATCHERS_PLACE, (
             f"{number} watchers change no result. With them, all on one machine, two labs of DHTF and their gateways need {ratio:.2f} times (95 % interval {ratio - half:.2f} to\n"
             f"{ratio + half:.2f}, {pairs} pairs of runs) the {ms[0]:.2f} ms of processor time that a simulated second takes without, and the server {server[number]:.0f} % of a core instead of\n"
-            f"{server[0]:.0f} %. Commit {commit('gateway', 'tests/measure/measure_federation.py')}, {machine()}, {time.strftime('%Y-%m-%d')}.\n"))
+            f"{server[0]:.0f} %. {measured(*SOURCES, runs='')}.\n"))
     value = (f"{ratio:.3f} x{'' if bench.short else f' +- {half:.3f}'}; server {server[0]:.1f} and {server[number]:.1f} %; {len(hashes)} hash of {2 * pairs} runs"
              f"{'' if all_heard else '; some did not hear all'}")
     return met, value, "equal hashes" + ("" if bench.short else ", at most 1.05 x")

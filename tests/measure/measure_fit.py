@@ -1,10 +1,9 @@
 """Whether `arkmesh fit robots` finds hidden robots through cameras, and what headings are worth with their LEDs."""
 import random
 import re
-import subprocess
 import tomllib
 
-from lab_processes import PROGRAM, ROOT, Failed
+from lab_processes import PROGRAM, ROOT
 
 EMULATOR = """[emulator]
 ids = "in_order"
@@ -50,9 +49,8 @@ def hidden(robots, seed):
              "turn_left_deg_per_s": chance.uniform(30, 48), "turn_right_deg_per_s": chance.uniform(30, 48), "led_bearing_deg": -chance.uniform(35, 72)} for i in range(robots)]
 
 
-def fitted(folder, robots, seconds, seed, side, px, glare):
-    """The hidden robots, and those of the file that `arkmesh fit robots` writes in the folder."""
-    folder.mkdir()
+def fitted(bench, folder, robots, seconds, seed, side, px, glare):
+    """The hidden robots, those of the file that `arkmesh fit robots` writes in the folder, what it said and that file."""
     truth = hidden(robots, seed)
     folder.joinpath("hidden.toml").write_text("\n".join("[[robot]]\n" + "\n".join(f"{key} = {value}" for key, value in robot.items()) for robot in truth))
     about = {"robots": robots, "side": side, "px": px, "z": 1.6 * side, "glare": glare, "root": ROOT}
@@ -61,18 +59,17 @@ def fitted(folder, robots, seconds, seed, side, px, glare):
         text += f'[[emulator.event]]\nat_s = 60\ndo = "robot {robots - TAKEN} take"\n'
     folder.joinpath("emulator.toml").write_text(text)
     folder.joinpath("lab.toml").write_text(LAB.format(**about))
-    for words in (["emulator", "emulator.toml", "--calibration", "testbed.yaml", "--offline", "--seconds", "0.1"], ["fit", "robots", "lab.toml", "--seconds", str(seconds), "--out", "robots.toml"]):
-        done = subprocess.run([PROGRAM, *words], cwd=folder, capture_output=True, text=True)
-        if done.returncode != 0:
-            raise Failed(f"arkmesh {words[0]} ended with {done.returncode}: {done.stderr.strip()[-300:]}")
-    return truth, {robot["id"]: robot for robot in tomllib.loads(folder.joinpath("robots.toml").read_text())["robot"]}, done.stdout, folder.joinpath("robots.toml").read_text()
+    bench.say(PROGRAM, "emulator", "emulator.toml", "--calibration", "testbed.yaml", "--offline", "--seconds", 0.1, cwd=folder)
+    said = bench.say(PROGRAM, "fit", "robots", "lab.toml", "--seconds", seconds, "--out", "robots.toml", cwd=folder)
+    text = folder.joinpath("robots.toml").read_text()
+    return truth, {robot["id"]: robot for robot in tomllib.loads(text)["robot"]}, said, text
 
 
 def fit_hidden(bench):
     """20 hidden robots under an emulated camera for five minutes, LED bearings 35 to 72 degrees, latency 0.15 s, glare, two that hardly move, one that is taken away: what `arkmesh fit robots` finds."""
     shape = {"robots": 4, "seconds": 120, "side": 0.8, "px": 640} if bench.short else {"robots": 20, "seconds": 300, "side": 1.2, "px": 1080}
     folder = bench.folder()
-    truth, found, said, text = fitted(folder, seed=1, glare=0.4, **shape)
+    truth, found, said, text = fitted(bench, folder, seed=1, glare=0.4, **shape)
     few = set(range(SLOW)) | {shape["robots"] - TAKEN} if not bench.short else set()
     of = [robot for robot in truth if robot["id"] not in few]
     # In the short form one turn rate of eight may stay untold, as two minutes are little, and headings of so few robots say little of what is stated.
@@ -85,7 +82,7 @@ def fit_hidden(bench):
     within = sum(drift < (3 if bench.short else 2) for drift in drifts)  # of four robots one in six times one is beyond two by chance
 
     def headings(*words):
-        lines = subprocess.run([bench.built("track_emulated"), "emulator.toml", "20" if bench.short else "120", *words], cwd=folder, capture_output=True, text=True).stdout
+        lines = bench.say(bench.built("track_emulated"), "emulator.toml", 20 if bench.short else 120, *words, cwd=folder)
         return (float(re.search(rf"{name}\s+([\d.]+)", lines)[1]) for name in ("heading RMS, LED on", r"\(error / stated\)\^2"))
     (heading, square), (heading0, square0) = headings("--robots", "robots.toml"), headings()
     print("\n".join("  " + line for line in said.splitlines()))
@@ -113,18 +110,14 @@ controller = "{root}/hal/platforms/kilobot/firmware/fit_robots.c"
 def fit_verdicts(bench):
     """What `arkmesh fit check` says of ten minutes of 20 robots of preset "measured": beside others of it, and beside those of "measured_0", 20 trials each."""
     folder, trials = bench.folder(), 2 if bench.short else 20
-    folder.mkdir()
     folder.joinpath("walk.toml").write_text(WALK.format(root=ROOT))
 
     def walked(preset, seed):
-        subprocess.run([PROGRAM, "run", "walk.toml", "--set", f"arena.ode.preset={preset}", "--seed", str(seed), "--seconds", "600", "--out", f"{preset}{seed}"], cwd=folder, check=True, capture_output=True)
+        bench.say(PROGRAM, "run", "walk.toml", "--set", f"arena.ode.preset={preset}", "--seed", seed, "--seconds", 600, "--out", f"{preset}{seed}", cwd=folder)
         return f"{preset}{seed}"
 
     def differ(one, other):
-        done = subprocess.run([PROGRAM, "fit", "check", one, other], cwd=folder, capture_output=True, text=True)
-        if done.returncode not in (0, 1) or "fit_check:" not in done.stdout:
-            raise Failed(f"arkmesh fit check ended with {done.returncode}: {done.stderr.strip()[-200:]}")
-        return done.returncode == 1
+        return re.search(r"fit_check: (alike|different)", bench.say(PROGRAM, "fit", "check", one, other, cwd=folder, codes=(0, 1)))[1] == "different"
     false = told = 0
     for k in range(trials):
         real = walked("measured", 3 * k + 1)
@@ -135,7 +128,7 @@ def fit_verdicts(bench):
 
 def fit_clip(bench):
     """Straight drivers of the film of real robots: their paths against headings by LEDs of which no file tells."""
-    said = subprocess.run([bench.built("test_testbed"), "-tc=the real clip*"], capture_output=True, text=True).stdout
+    said = bench.say(bench.built("test_testbed"), "-tc=the real clip*")
     robots, square = re.search(r"(\d+) straight drivers: \(error / stated\)\^2 ([\d.]+)", said).groups()
     return 0.7 <= float(square) <= 1.5, f"(error / stated)^2 {float(square):.2f} of {robots} robots, each counted once", "0.7 to 1.5"
 

@@ -2,7 +2,6 @@
 import functools
 
 from lab_processes import PROGRAM
-from measure_testbed import lines_of
 
 SIZES = ("100", "1000", "10000", "100000")
 
@@ -10,7 +9,7 @@ SIZES = ("100", "1000", "10000", "100000")
 @functools.cache
 def rows(bench):
     """{(kind, bytes, rate): {name: value}} of the benchmark's lines, which are printed, too."""
-    text = lines_of([bench.built("bench_gateway"), "2", PROGRAM])
+    text = bench.say(bench.built("bench_gateway"), 2, PROGRAM)
     print("\n".join("  " + line for line in text.splitlines()))
     found = {}
     for line in text.splitlines():

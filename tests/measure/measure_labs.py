@@ -1,6 +1,5 @@
 """What it costs to have many labs in one process."""
 import shutil
-import subprocess
 
 from lab_processes import ROOT, Failed
 
@@ -27,10 +26,7 @@ solver = "{solver}"
 
 def run_labs(bench, number, solver="ode"):
     """light_up of so many labs of 12 robots, a period of 1 s, in one process: (simulated seconds in one of the wall, CPU seconds, peak MB)."""
-    seconds = 4800 // number
-    folder = bench.folder()
-    folder.mkdir()
-    names = [f"l{i:02}" for i in range(number)]
+    folder, seconds, names = bench.folder(), 4800 // number, [f"l{i:02}" for i in range(number)]
     files = [folder / f"{name}.toml" for name in names]
     for name, file in zip(names, files):
         file.write_text(LAB.format(name=name, seconds=seconds, labs=", ".join(f'"{n}"' for n in names), solver=solver,
@@ -70,7 +66,7 @@ def labs_addition(bench):
         run = bench.run(*bench.pair_files, "--seed", 1, "--seconds", bench.seconds, "--set", "view.use=false", keep=True)
         folder = run["folder"]
         whole.append(run["cpu_s"])
-        told = subprocess.run([bench.built("bare_arenas"), folder, "1", *bench.pair_files], capture_output=True, text=True, check=True).stdout.split()
+        told = bench.say(bench.built("bare_arenas"), folder, 1, *bench.pair_files).split()
         if told[4] != told[6]:
             raise Failed(f"the arenas alone went another way: {told[6]} of {told[4]} frames are the same")
         bare.append(float(told[2]))
@@ -94,9 +90,7 @@ class Five(arkmesh.Scenario):
 def kit_sensors(bench):
     """1000 robots with five virtual sensors each, in two labs and in Python: simulated seconds in one of the wall, beside the same without sensors;
     and the sensors alone, called from C++."""
-    folder, robots, seconds = bench.folder(), 500, 20
-    folder.mkdir()
-    speed = {}
+    folder, robots, seconds, speed = bench.folder(), 500, 20, {}
     for name, text in {"five": KIT, "none": "import arkmesh\nclass Nothing(arkmesh.Scenario):\n    def frame(self, lab):\n        lab.tell(lab.seen, kind=1, value=lab.ids % 2)\n"}.items():
         (folder / f"{name}.py").write_text(text)
         files = [folder / f"{name}_{lab}.toml" for lab in "ab"]
@@ -105,7 +99,7 @@ def kit_sensors(bench):
                             .replace('"light_up"', f'"{name}.py"').replace("robots = 12", f"robots = {robots}").replace("_m = 0.5", "_m = 3.2"))
         speed[name] = max(bench.run(*files, "--set", "view.use=false")["wall"]["speed"] for _ in range(ROUNDS))
     each_us = 1e6 * (1 / speed["five"] - 1 / speed["none"]) / (2 * robots * 10)
-    alone = subprocess.run([bench.built("bench_kit")], capture_output=True, text=True, check=True).stdout.split()
+    alone = bench.say(bench.built("bench_kit")).split()
     return (speed["five"] >= 20 and float(alone[3]) >= 20,
             f"Python {speed['five']:.0f} (without {speed['none']:.0f}), {each_us:.1f} us a robot and frame; C++, sensors alone, {float(alone[3]):.0f}, {float(alone[1]):.1f} us", "20")
 

@@ -7,29 +7,17 @@ import os
 import pathlib
 import re
 import resource
-import subprocess
 import threading
 import time
 import urllib.request
 
-from joined_networks import call, join_by_tls, joined_networks, make_keys, start_nats_server
-from lab_bus import BusEar, Talkers
-from lab_processes import Failed, LabProcesses, end_all
+import joined_networks
+from joined_networks import call, join_by_tls, make_keys
+from lab_bus import BusEar, Talkers, gateway_file
+from lab_processes import Failed, LabProcesses, until
 
 FIRST_BUS, FIRST_PORT, NATS_PORT, MONITOR_PORT = 7720, 7840, 7970, 7971
-FILE_TEXT = """[lab]
-name = "{lab}"
-[bus]
-url = "udpm://239.255.76.67:{bus}?ttl=0&recv_buf_size=4194304"
-[run]
-scenario = "dhtf"
-[shared]
-labs = {labs}
-[gateway]
-exports = []
-ordered = ["poses"]
-imports = ["poses"]
-"""
+CARRIES_POSES = ["exports = []", 'ordered = ["poses"]', 'imports = ["poses"]']
 
 
 def cpu_s(process):
@@ -56,20 +44,9 @@ def gateways(files, folder, enter=None, sets=None):
         labs.stop()
 
 
-@contextlib.contextmanager
 def nats_server(folder):
     """A server on this machine, ready: its process."""
-    text = f'listen: "127.0.0.1:{NATS_PORT}"\nhttp: "127.0.0.1:{MONITOR_PORT}"\nmax_pending: 64MB\n'
-    server, said = start_nats_server(folder, text), folder / "nats-server.txt"
-    try:
-        end = time.monotonic() + 300
-        while "Server is ready" not in said.read_text(errors="replace"):
-            if server.poll() is not None or time.monotonic() > end:
-                raise Failed(f"the NATS server did not start: {(said.read_text().strip().splitlines() or ['it said nothing'])[-1]}")
-            time.sleep(0.05)
-        yield server
-    finally:
-        end_all([server])
+    return joined_networks.nats_server(folder, f'listen: "127.0.0.1:{NATS_PORT}"\nhttp: "127.0.0.1:{MONITOR_PORT}"\nmax_pending: 64MB\n')
 
 
 def server_bytes():
@@ -85,11 +62,8 @@ def part(values, of):
 
 def gateway_counters(bus):
     """{counter: value} of what a gateway says of itself on its lab's bus, peers' own added up."""
-    ear, end = BusEar(bus, ["peers"]), time.monotonic() + 5
-    while "peers" not in ear.newest:
-        if time.monotonic() > end:
-            raise Failed("a gateway says nothing of itself")
-        time.sleep(0.05)
+    ear = BusEar(bus, ["peers"])
+    until(5, lambda: "peers" in ear.newest, "a gateway says nothing of itself")
     ear.ended = True
     return ear.counters()
 
@@ -105,7 +79,7 @@ def write_files(folder, names, kind):
     if kind != "tcp":
         make_keys(names, folder / "keys")
     for index, lab in enumerate(names):
-        lines = [f'keys = "{folder / "keys" / lab}"']
+        lines = [*CARRIES_POSES, f'keys = "{folder / "keys" / lab}"']
         if kind == "nats":
             lines.append(f'connect = "nats://127.0.0.1:{NATS_PORT}"')
         else:
@@ -113,17 +87,14 @@ def write_files(folder, names, kind):
             for earlier, other in enumerate(names):
                 if other != lab:
                     lines += ["[[gateway.peers]]", f'lab = "{other}"', *([f'connect = "{scheme}127.0.0.1:{FIRST_PORT + earlier}"'] if earlier < index else [])]
-        files[lab] = folder / f"{lab}.toml"
-        files[lab].write_text(FILE_TEXT.format(lab=lab, bus=FIRST_BUS + index, labs=str(names).replace("'", '"')) + "\n".join(lines) + "\n")
+        files[lab] = gateway_file(folder, lab, FIRST_BUS + index, names, lines)
     return files
 
 
 @functools.cache
 def crowd(bench, number, kind, seconds, speakers=None, rate_hz=1, at_once=False):
     """So many labs, all or some of which say a state of 100 robots: what that costs, and how long states take."""
-    folder = bench.folder()
-    folder.mkdir(parents=True)
-    names = [f"lab{index:02}" for index in range(number)]
+    folder, names = bench.folder(), [f"lab{index:02}" for index in range(number)]
     files = write_files(folder, names, kind)
     labs = {lab: FIRST_BUS + index for index, lab in enumerate(names)}
     with contextlib.ExitStack() as ending:
@@ -187,18 +158,14 @@ def links_mesh_tls(bench):
 def pair(bench):
     """Two labs in networks of their own, joined over TLS: (words to enter them, processes, talkers' buses)."""
     folder, labs = bench.folder(), {"shark": FIRST_BUS, "roark": FIRST_BUS + 1}
-    folder.mkdir(parents=True)
-    files = {lab: folder / f"{lab}.toml" for lab in labs}
-    for lab, bus in labs.items():
-        files[lab].write_text(FILE_TEXT.format(lab=lab, bus=bus, labs='["roark", "shark"]'))
-    with joined_networks(list(labs)) as enter, gateways(files, folder, enter, join_by_tls(list(labs), folder / "keys")) as running:
+    files = {lab: gateway_file(folder, lab, bus, sorted(labs), CARRIES_POSES) for lab, bus in labs.items()}
+    with joined_networks.joined_networks(list(labs)) as enter, gateways(files, folder, enter, join_by_tls(list(labs), folder / "keys")) as running:
         yield enter, running, labs
 
 
 def sent_bytes(words):
     """What the cable has carried away from there, headers of Ethernet included."""
-    done = subprocess.run([*words, "ip", "-s", "-s", "link", "show", "cable"], capture_output=True, text=True, check=True)
-    return int(re.search(r"TX:.*\n\s*(\d+)", done.stdout)[1])
+    return int(re.search(r"TX:.*\n\s*(\d+)", call(*words, "ip", "-s", "-s", "link", "show", "cable"))[1])
 
 
 def links_poses(bench):
@@ -207,12 +174,7 @@ def links_poses(bench):
     with pair(bench) as (enter, _, labs):
         talkers = Talkers({"shark": labs["shark"]}, 1000, enter=enter)
         ears = Talkers({"roark": labs["roark"]}, 1, enter=enter)
-        end = time.monotonic() + 300
-        while not ears.came:
-            if time.monotonic() > end:
-                raise Failed("the two gateways do not meet")
-            talkers.talk(0.2)
-            ears.hear(0.05)
+        until(300, lambda: ears.came or (talkers.talk(0.2) and ears.hear(0.05)), "the two gateways do not meet", 0)
         begin, before = time.monotonic(), sent_bytes(enter["shark"])
         first, last = talkers.talk(seconds)
         rate = (sent_bytes(enter["shark"]) - before) / (time.monotonic() - begin) / 1000

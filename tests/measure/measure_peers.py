@@ -7,13 +7,9 @@ import json
 import os
 import pathlib
 import statistics
-import subprocess
-import time
 
 from lab_processes import PROGRAM, ROOT, Failed
-from measure_simulator import commit, machine
-from measure_testbed import lines_of
-from pages import write_between
+from pages import measured, table, write_between
 
 KILOMBO = os.environ.get("ARKMESH_KILOMBO", "")
 TUNNEL = os.environ.get("ARKMESH_TUNNEL", "")
@@ -24,16 +20,7 @@ ROUNDS = 3
 KILOMBO_PLACE = "beside Kilombo: written by scripts/measure peers_kilombo"
 
 
-def cpu_of(command, folder):
-    """Processor time of a command in seconds."""
-    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    if status != 0:
-        raise Failed(f"{command[0]} ended with {status}")
-    return usage.ru_utime + usage.ru_stime
-
-
-def kilombo_rate(folder, robots, per_m2, seconds):
+def kilombo_rate(bench, folder, robots, per_m2, seconds):
     """Robot-seconds per second of processor time."""
     side_mm = round((robots / per_m2) ** 0.5 * 1000)
     program = pathlib.Path(KILOMBO).resolve() / f"walk_{side_mm}"
@@ -42,16 +29,13 @@ def kilombo_rate(folder, robots, per_m2, seconds):
     settings = {"nBots": robots, "randSeed": 1, "timeStep": 1 / 31, "simulationTime": seconds, "commsRadius": 100, "msgSuccessRate": 0.8, "distanceNoise": 2,
                 "useGrid": 1, "GUI": 0, "storeHistory": 0, "stateFileSteps": 0, "displayWidth": side_mm, "displayHeight": side_mm, "distributePercent": 0.95}
     (folder / "kilombo.json").write_text(json.dumps(settings))
-    return robots * seconds / cpu_of([program, "-p", "kilombo.json"], folder)
+    return robots * seconds / bench.child(program, "-p", "kilombo.json", cwd=folder)[1]["cpu_s"]
 
 
 def our_rates(bench, robots, per_m2):
     """The same of both solvers, as {solver: rate}, and the share of ODE's own step in "ode"."""
-    done = subprocess.run([bench.built("bench_simulator"), f"--benchmark_filter=^(ode|fast)/{robots}_at_{per_m2}$", "--benchmark_repetitions=1",
-                           "--benchmark_report_aggregates_only=false", "--benchmark_format=json"], capture_output=True, text=True)
-    if done.returncode != 0:
-        raise Failed(f"bench_simulator ended with {done.returncode}: {done.stderr.strip()[-200:]}")
-    rows = {row["name"].split("/")[0]: row for row in json.loads(done.stdout)["benchmarks"]}
+    rows = {row["name"].split("/")[0]: row for row in bench.rows("bench_simulator", f"^(ode|fast)/{robots}_at_{per_m2}$", "--benchmark_repetitions=1",
+                                                                 "--benchmark_report_aggregates_only=false")}
     return {solver: row["robot_s_per_cpu_s"] for solver, row in rows.items()} | {"step": rows["ode"]["step_share"]}
 
 
@@ -59,20 +43,18 @@ def peers_kilombo(bench):
     """Both solvers beside Kilombo by turns, at 48 and 400 robots a square metre; medians."""
     if not KILOMBO:
         return None
-    folder = bench.folder()
-    folder.mkdir()
-    told, met = [], True
-    lines = ["| robots | Kilombo, robot-s per CPU s | `\"ode\"` of it (must) | ODE's step, share of `\"ode\"` | the step alone, of Kilombo | `\"fast\"` of it (must) |", "|---|---|---|---|---|---|"]
+    folder, told, met, rows = bench.folder(), [], True, []
+    heads = ["robots", "Kilombo, robot-s per CPU s", '`"ode"` of it (must)', 'ODE\'s step, share of `"ode"`', "the step alone, of Kilombo", '`"fast"` of it (must)']
     for robots, per_m2, seconds, *goals in SIZES:
-        turns = [(kilombo_rate(folder, robots, per_m2, seconds), our_rates(bench, robots, per_m2)) for _ in range(ROUNDS)]
+        turns = [(kilombo_rate(bench, folder, robots, per_m2, seconds), our_rates(bench, robots, per_m2)) for _ in range(ROUNDS)]
         peer = statistics.median(rate for rate, _ in turns)
         shares = [statistics.median(ours[solver] / rate for rate, ours in turns) for solver in ("ode", "fast")]
         met = met and all(share >= goal for share, goal in zip(shares, goals))
         step = statistics.median(ours["step"] for _, ours in turns)
         told.append("/".join(f"{share:.2f}" for share in shares))
         print(f"  {robots} robots at {per_m2}/m2: Kilombo {peer / 1e3:.0f} k, ode {shares[0]:.2f} ({goals[0]}), ODE's step {step:.0%} of that, fast {shares[1]:.2f} ({goals[1]}) of it", flush=True)
-        lines.append(f"| {robots} at {per_m2}/m2 | {peer / 1e3:.0f} k | {shares[0]:.2f} ({goals[0]}) | {step:.0%} | {shares[0] / step:.2f} | {shares[1]:.2f} ({goals[1]}) |")
-    write_between(ROOT / "docs/simulator-speed.md", KILOMBO_PLACE, f"Commit {commit()}, {machine()}, medians of {ROUNDS} turns on {time.strftime('%Y-%m-%d')}:\n\n" + "\n".join(lines) + "\n")
+        rows.append([f"{robots} at {per_m2}/m2", f"{peer / 1e3:.0f} k", f"{shares[0]:.2f} ({goals[0]})", f"{step:.0%}", f"{shares[0] / step:.2f}", f"{shares[1]:.2f} ({goals[1]})"])
+    write_between(ROOT / "docs/simulator-speed.md", KILOMBO_PLACE, f"{measured(runs=f'medians of {ROUNDS} turns on ')}:\n\n{table(heads, rows)}")
     return met, f"ode/fast of Kilombo: {' '.join(told)}", " ".join(f"{ode}/{fast}" for *_, ode, fast in SIZES)
 
 
@@ -80,7 +62,7 @@ def peers_tunnel(bench):
     """100 kB messages of two gateways and of bot-lcm-tunnel by turns: most without loss, processor time of both ends, p99."""
     if not TUNNEL:
         return None
-    words = lines_of([bench.built("bench_gateway"), "2", PROGRAM, TUNNEL]).split()
+    words = bench.say(bench.built("bench_gateway"), 2, PROGRAM, TUNNEL).split()
     values = dict(zip(words[1::2], map(float, words[2::2])))
     most = values["gateways_most"] / values["tunnel_most"]
     return (most >= 1.1 and values["gateways_cpu_us"] <= 230,

@@ -3,16 +3,12 @@
 Each takes the Bench of scripts/measure and returns (met, value, target). Tables are printed above the line.
 """
 import csv
-import json
 import os
-import pathlib
 import re
 import subprocess
-import tempfile
-import time
 
 from lab_processes import PROGRAM, ROOT, Failed
-from pages import write_between
+from pages import measured, table, write_between
 
 PROGRAMS = ROOT / "tests/programs"
 # of each: shares of bare that "fast" must reach and aims at, and what "ode" must reach of "fast"
@@ -24,17 +20,10 @@ SPEED_HEADER = ["robots", '`"ode"`, robot-s per CPU s', '`"fast"`', "ode / fast 
                 "contacts by ODE, alone", "deepest, mm", "deeper than 1 mm"]
 
 
-def controller(program, *options):
+def controller(bench, program, *options):
     """`arkmesh controller run`: what it printed, and its peak memory in MB."""
-    with tempfile.TemporaryFile("w+") as said:
-        command = [PROGRAM, "controller", "run", PROGRAMS / f"{program}.c", *map(str, options)]
-        process = subprocess.Popen(command, stdout=said, stderr=said, env=os.environ | {"ARKMESH_CACHE": "off"})
-        _, status, usage = os.wait4(process.pid, 0)
-        said.seek(0)
-        text = said.read()
-    if status != 0:
-        raise Failed(f"controller run {program}.c failed: {(text.strip().splitlines() or ['it said nothing'])[-1]}")
-    return text, usage.ru_maxrss / 1024
+    text, used = bench.child(PROGRAM, "controller", "run", PROGRAMS / f"{program}.c", *options, env=os.environ | {"ARKMESH_CACHE": "off"})
+    return text, used["peak_mb"]
 
 
 def tests(bench, program, cases):
@@ -49,7 +38,7 @@ def tests(bench, program, cases):
 
 def sim_sends(bench):
     """Messages that each of 25 robots 5 cm apart sends in 4800 ticks (157.3 s)."""
-    text, _ = controller("count_sends", "--spacing", 0.05, "--arena", "0.5x0.5", "--seconds", 157.3)
+    text, _ = controller(bench, "count_sends", "--spacing", 0.05, "--arena", "0.5x0.5", "--seconds", 157.3)
     each = float(re.search(r"sent \(([\d.]+) per robot\)", text)[1])
     return 293 <= each <= 303, f"{each:.1f} each", "298 +- 5 (logs of robots: 298.3)"
 
@@ -61,7 +50,7 @@ def sim_pairs(bench):
     in_reach = deaf = 0
     for places, seeds in [(row, 20 if bench.short else 200)] + [(grid, 2 if bench.short else 10) for grid in grids]:
         for seed in range(1, seeds + 1):
-            text, _ = controller("count_sends", *places, "--seconds", 302, "--seed", seed)
+            text, _ = controller(bench, "count_sends", *places, "--seconds", 302, "--seed", seed)
             count = dict(re.findall(r"infrared\.pairs\.(\w+) (\d+)", text))
             in_reach, deaf = in_reach + int(count["in_reach"]), deaf + int(count.get("deaf", 0))
     return deaf == 0 and in_reach > 0, f"{deaf} of {in_reach}", "none"
@@ -73,9 +62,8 @@ def sim_reception(bench):
     rows = re.findall(r"([\d.]+) cm: ([\d.]+) \(logs ([\d.]+)\)", "\n".join(told))
     if not rows:
         raise Failed("the test tells no table")
-    print("  cm    " + "".join(f"{row[0]:>7}" for row in rows))
-    print("  logs  " + "".join(f"{row[2]:>7}" for row in rows))
-    print("  here  " + "".join(f"{row[1]:>7}" for row in rows))
+    for name, column in (("cm", 0), ("logs", 2), ("here", 1)):
+        print(f"  {name:<6}" + "".join(f"{row[column]:>7}" for row in rows))
     worst = max(abs(float(here) - float(log)) for _, here, log in rows)
     return passed == all_, f"worst difference {worst:.3f} in {len(rows)} distances", "0.03 below 16 cm, 0.12 beyond"
 
@@ -84,7 +72,7 @@ def sim_crowd(bench):
     """Share of messages lost in a crowd of 100 robots 4 cm apart, with timers that wander and with ones that do not."""
     lost = []
     for spread in (0, 0.005):
-        text, _ = controller("count_sends", "--robots", 100, "--spacing", 0.04, "--seconds", 157.3, "--set", f"ode.send_spread={spread}")
+        text, _ = controller(bench, "count_sends", "--robots", 100, "--spacing", 0.04, "--seconds", 157.3, "--set", f"ode.send_spread={spread}")
         spoiled, heard = (int(re.search(pattern, text)[1]) for pattern in (r"infrared.lost.spoiled (\d+)", r"(\d+) heard"))
         lost.append(spoiled / (spoiled + heard))
     return abs(lost[1] - lost[0]) <= 0.02, f"{100 * lost[1]:.1f} %, {100 * lost[0]:.1f} % without send_spread", "within 2 points"
@@ -121,23 +109,17 @@ def sim_truths_measured(bench):
 
 def sim_walks(bench):
     """A random walk without walls: how fast 100 robots spread, mean squared way over 4 t, in both presets."""
-    told = []
-    seconds = 600
+    told, seconds = [], 600
     for preset in ("ideal", "measured"):
-        spread = mean_square_way("labs_random_walk", preset, seconds)
+        places, poses = {}, bench.folder() / "poses.csv"
+        controller(bench, "labs_random_walk", "--robots", 100, "--arena", "50x50", "--spacing", 4, "--seconds", seconds + 1, "--csv", poses, "--set", f"ode.preset={preset}")
+        with open(poses, newline="") as rows:
+            for row in csv.DictReader(rows):
+                places.setdefault(row["robot"], []).append((float(row["x_m"]), float(row["y_m"])))
+        # from each robot's place at 1 s to that at the end
+        spread = sum((way[-1][0] - way[10][0]) ** 2 + (way[-1][1] - way[10][1]) ** 2 for way in places.values()) / len(places)
         told.append(f"{preset} {1e4 * spread / (4 * seconds):.2f} cm2/s")
     return True, ", ".join(told), "told"
-
-
-def mean_square_way(program, preset, seconds):
-    """m2, from each robot's place at 1 s to that at the end; 100 robots far from each other."""
-    with tempfile.NamedTemporaryFile("r", suffix=".csv") as poses:
-        controller(program, "--robots", 100, "--arena", "50x50", "--spacing", 4, "--seconds", seconds + 1, "--csv", poses.name,
-                   "--set", f"ode.preset={preset}")
-        places = {}
-        for row in csv.DictReader(poses):
-            places.setdefault(row["robot"], []).append((float(row["x_m"]), float(row["y_m"])))
-    return sum((way[-1][0] - way[10][0]) ** 2 + (way[-1][1] - way[10][1]) ** 2 for way in places.values()) / len(places)
 
 
 def sim_programs(bench):
@@ -146,7 +128,7 @@ def sim_programs(bench):
     for source in sorted(PROGRAMS.glob("*.c")):
         if source.stem.split("_")[0] in ("crash", "hang", "refused"):
             continue
-        text, _ = controller(source.stem, "--arena", "0.4x0.4", "--seconds", 60)
+        text, _ = controller(bench, source.stem, "--arena", "0.4x0.4", "--seconds", 60)
         run_s, built_s = map(float, re.search(r"simulated in ([\d.]+) s .* built in ([\d.]+) s", text).groups())
         slowest, count = max(slowest, (run_s + built_s, source.stem)), count + 1
     return slowest[0] < 30, f"{count} programs, slowest {slowest[0]:.2f} s ({slowest[1]})", "30 s each"
@@ -154,85 +136,55 @@ def sim_programs(bench):
 
 def sim_memory(bench):
     """10,000 robots without delay(): peak memory of the whole program."""
-    _, peak_mb = controller("gradient_hops", "--robots", 10000, "--arena", "15x15", "--seconds", 5)
+    _, peak_mb = controller(bench, "gradient_hops", "--robots", 10000, "--arena", "15x15", "--seconds", 5)
     return peak_mb < 100, f"{peak_mb:.0f} MB", "below 100 MB"
 
 
 def sim_memory_delay(bench):
     """10,000 robots that are always in delay()."""
-    _, peak_mb = controller("labs_blink", "--robots", 10000, "--arena", "15x15", "--seconds", 5)
+    _, peak_mb = controller(bench, "labs_blink", "--robots", 10000, "--arena", "15x15", "--seconds", 5)
     return peak_mb < 400, f"{peak_mb:.0f} MB", "below 400 MB"
 
 
 def sim_growth(bench):
     """What a robot costs among 10,000 beside one among 1000, with each solver."""
-    done = subprocess.run([bench.built("bench_simulator"), "--benchmark_format=json", "--benchmark_filter=^(ode|fast)/1000+_at_48$"], capture_output=True, text=True)
-    if done.returncode != 0:
-        raise Failed(f"bench_simulator ended with {done.returncode}: {done.stderr.strip()[-200:]}")
-    rate = {row["name"].removesuffix("_median"): row["robot_s_per_cpu_s"] for row in json.loads(done.stdout)["benchmarks"] if row.get("aggregate_name") == "median"}
+    rate = {row["name"].removesuffix("_median"): row["robot_s_per_cpu_s"] for row in bench.rows("bench_simulator", "^(ode|fast)/1000+_at_48$")}
     ode, fast = (rate[f"{solver}/1000_at_48"] / rate[f"{solver}/10000_at_48"] for solver in ("ode", "fast"))
     return max(ode, fast) <= 1.15, f"ode {ode:.2f} x, fast {fast:.2f} x", "1.15 x"
 
 
 def sim_memory_robot(bench):
     """Memory of a robot without delay(): 100,000 robots beside 40,000, where the compiler's own memory no longer is the peak."""
-    few, many = (controller("gradient_hops", "--robots", n, "--arena", "47x47", "--seconds", 5)[1] for n in (40_000, 100_000))
+    few, many = (controller(bench, "gradient_hops", "--robots", n, "--arena", "47x47", "--seconds", 5)[1] for n in (40_000, 100_000))
     each_kb = (many - few) * 1024 / 60_000
     return each_kb <= 2, f"{each_kb:.2f} kB", "2 kB"
 
 
-def sim_many(bench):
-    """100,000 robots run, with delay() and without."""
-    peaks = [controller(program, "--robots", 100000, "--arena", "47x47", "--seconds", 5)[1] for program in ("gradient_hops", "labs_blink")]
-    return True, " and ".join(f"{peak:.0f} MB" for peak in peaks), "runs"
-
-
 def sim_speed(bench):
     """Robot-seconds per second of processor time, beside a bare reference and textbook ODE; writes the table of docs/simulator-speed.md."""
-    done = subprocess.run([bench.built("bench_simulator"), "--benchmark_format=json", "--benchmark_filter=_at_48$|/1000_at_400$"], capture_output=True, text=True)
-    if done.returncode != 0:
-        raise Failed(f"bench_simulator ended with {done.returncode}: {done.stderr.strip()[-200:]}")
-    rate, counters = {}, {}
-    for row in json.loads(done.stdout)["benchmarks"]:
-        if row.get("aggregate_name", "median") == "median":
-            name = "/".join(row["name"].removesuffix("_median").split("/")[:2])
-            rate[name], counters[name] = row["robot_s_per_cpu_s"], row
-    lines = ["| " + " | ".join(SPEED_HEADER) + " |", "|" + "---|" * len(SPEED_HEADER)]
-    met = True
+    counters = {"/".join(row["name"].removesuffix("_median").split("/")[:2]): row for row in bench.rows("bench_simulator", "_at_48$|/1000_at_400$")}
+    rate = {name: row["robot_s_per_cpu_s"] for name, row in counters.items()}
+    rows, met = [], True
     for key, words, must, aim, of_fast in SIZES:
         ode, fast, bare, book = (rate[f"{kind}/{key}"] for kind in ("ode", "fast", "bare", "textbook"))
         parts = counters.get(f"parts/{key}", {})
         met = met and fast >= must * bare and ode >= of_fast * fast
-        lines.append(f"| {words} | {ode / 1e3:.0f} k | {fast / 1e3:.0f} k | {ode / fast:.2f} ({of_fast}) | {bare / 1e3:.0f} k "
-                     f"| {fast / bare:.2f} ({must:.2f}, {aim:.2f}) | {book / 1e3:.1f} k | {ode / book:.0f} "
-                     f"| {100 * counters[f'ode/{key}']['by_ode_share']:.0f} %, {100 * counters[f'ode/{key}']['alone_share']:.0f} % | {parts.get('deepest_mm', float('nan')):.2f} | {100 * parts.get('deep_share', float('nan')):.3f} % |")
+        shares = [100 * counters[f"ode/{key}"][f"{share}_share"] for share in ("by_ode", "alone")]
+        rows.append([words, f"{ode / 1e3:.0f} k", f"{fast / 1e3:.0f} k", f"{ode / fast:.2f} ({of_fast})", f"{bare / 1e3:.0f} k", f"{fast / bare:.2f} ({must:.2f}, {aim:.2f})",
+                     f"{book / 1e3:.1f} k", f"{ode / book:.0f}", f"{shares[0]:.0f} %, {shares[1]:.0f} %", f"{parts.get('deepest_mm', float('nan')):.2f}",
+                     f"{100 * parts.get('deep_share', float('nan')):.3f} %"])
+        print(f"  {words}: " + ", ".join(f"{name[:-3]} {value:.3f} us" for name, value in parts.items() if name.endswith("_us")) + " per robot and second")
     growth = rate["fast/100_at_48"] / rate["fast/10000_at_48"]
     met = met and growth <= 1.3
-    for key, words, *_ in SIZES:
-        parts = {name[:-3]: value for name, value in counters.get(f"parts/{key}", {}).items() if name.endswith("_us")}
-        print(f"  {words}: " + ", ".join(f"{name} {value:.3f} us" for name, value in parts.items()) + " per robot and second")
-    print("\n".join("  " + line for line in lines))
-    write_between(ROOT / "docs/simulator-speed.md", SPEED_PLACE, f"Commit {commit()}, {machine()}, one run of {time.strftime('%Y-%m-%d')}:\n\n" + "\n".join(lines) + "\n")
+    told = table(SPEED_HEADER, rows)
+    print(told)
+    write_between(ROOT / "docs/simulator-speed.md", SPEED_PLACE, f"{measured()}:\n\n{told}")
     shares = " ".join(f"{rate[f'fast/{key}'] / rate[f'bare/{key}']:.2f}" for key, *_ in SIZES)
     ratios = " ".join(f"{rate[f'ode/{key}'] / rate[f'fast/{key}']:.2f}" for key, *_ in SIZES)
     return (met, f"ode of fast {ratios}; fast of bare {shares}, growth {growth:.2f}x",
             "0.5 0.65 0.7 0.28; 0.09 0.15 0.18 0.07, growth 1.3x")
 
 
-def commit(*sources):
-    """The commit that was measured, with a word when sources (by default the simulator's) were changed since."""
-    def git(*words):
-        return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True).stdout.strip()
-
-    return (git("rev-parse", "--short=12", "HEAD") or "unknown") + (", changed" if git("status", "--porcelain", "--", *(sources or ("hal", "sim_ode", "tests/bench"))) else "")
-
-
-def machine():
-    """Model of the processor and how many there are, as Linux says."""
-    models = re.findall(r"^model name\s*: (.*)$", pathlib.Path("/proc/cpuinfo").read_text(), re.M)
-    return f"{models[0] if models else 'an unknown processor'}, {os.cpu_count()} of them"
-
-
-MEASURES = [sim_sends, sim_pairs, sim_reception, sim_crowd, sim_overhead, sim_truths, sim_truths_measured, sim_walks, sim_programs, sim_memory, sim_memory_delay, sim_memory_robot, sim_many, sim_growth, sim_speed]
-# The last six run tests that CI has run, or have no limit.
-NOT_JUDGED_SHORT = {sim_speed, sim_growth, sim_programs, sim_reception, sim_overhead, sim_truths, sim_truths_measured, sim_many, sim_walks}
+MEASURES = [sim_sends, sim_pairs, sim_reception, sim_crowd, sim_overhead, sim_truths, sim_truths_measured, sim_walks, sim_programs, sim_memory, sim_memory_delay, sim_memory_robot, sim_growth, sim_speed]
+# The last five run tests that CI has run, or have no limit.
+NOT_JUDGED_SHORT = {sim_speed, sim_growth, sim_programs, sim_reception, sim_overhead, sim_truths, sim_truths_measured, sim_walks}

@@ -1,24 +1,15 @@
 """Figures of the physical side, taken on the emulated testbed: how well and how fast robots are tracked, and whether an experiment notices the difference."""
-import json
 import re
 import statistics
-import subprocess
 
-from lab_processes import ROOT, Failed
+from lab_processes import ROOT
 
 DHTF = ROOT / "experiments/dhtf"
 
 
-def lines_of(command):
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise Failed(f"{command[0]} ended with {done.returncode}: {(done.stderr.strip() or 'it said nothing')[-200:]}")
-    return done.stdout
-
-
 def testbed_accuracy(bench):
     """100 robots walking in 1 m2 before one camera of 1920 x 1080, ten minutes: tracked, against the truth."""
-    text = lines_of([bench.built("track_emulated"), ROOT / "experiments/emulator/hundred.toml", str(20 if bench.short else 600)])
+    text = bench.say(bench.built("track_emulated"), ROOT / "experiments/emulator/hundred.toml", 20 if bench.short else 600)
     print("\n".join("  " + line.strip() for line in text.splitlines()))
 
     def value(name):
@@ -30,15 +21,12 @@ def testbed_accuracy(bench):
 
 def tracker_rows(bench, names):
     """Rows of the tracker's benchmark whose names begin with one of `names`, by name; times are milliseconds of processor time."""
-    command = [bench.built("bench_tracker"), "--benchmark_format=json", "--benchmark_min_time=2",
-               f"--benchmark_filter=^({'|'.join(names)})"]
-    rows = json.loads(lines_of(command))["benchmarks"]
-    return {row["name"].split("/iterations")[0]: row for row in rows}
+    return {row["name"].split("/iterations")[0]: row for row in bench.rows("bench_tracker", f"^({'|'.join(names)})", "--benchmark_min_time=2")}
 
 
 def testbed_expected(bench):
     """How far robots were seen from where they were expected, by the stated variance: places and lit LEDs in a film of real robots, and of 100 emulated ones; places of 20 dark ones."""
-    text = lines_of([bench.built("motion_noise"), "5" if bench.short else "60"])
+    text = bench.say(bench.built("motion_noise"), 5 if bench.short else 60)
     squares = {name: float(square) for name, square in re.findall(r"(\w+ +\w+) +\(off / stated\)\^2 ([\d.]+)", text)}
     print("\n".join("  " + line for line in text.splitlines()))
     judged = [square for name, square in squares.items() if not name.startswith("sky")]
@@ -48,8 +36,7 @@ def testbed_expected(bench):
 
 def testbed_speed(bench):
     """From a decoded picture of 2048 x 1536 with 100 walking robots to poses, one core, beside OpenCV's HoughCircles on the same pictures, by turns."""
-    rows = tracker_rows(bench, ["search/100", "follow/100", "read_jpeg/100",
-                               "whole_way/photographed/", "whole_way/drawn/"])
+    rows = tracker_rows(bench, ["search/100", "follow/100", "read_jpeg/100", "whole_way/photographed/", "whole_way/drawn/"])
     print(f"  reading the JPEG {rows['read_jpeg/100']['cpu_time']:.1f} ms; of one picture, a whole search {rows['search/100']['cpu_time']:.1f} ms, "
           f"following {rows['follow/100']['cpu_time']:.1f} ms")
     ways = {robots: rows[f"whole_way/{robots}"] for robots in ("photographed", "drawn")}
@@ -86,13 +73,11 @@ def testbed_naming(bench):
     for protocol, seeds in (("spelled", [1, 2, 3, 4, 5]), ("ark", [1])):
         for seed in seeds:
             # ends with 3 when somebody has no name, which is a figure too
-            done = subprocess.run([bench.built("name_emulated"), emulator, protocol, str(seed)], capture_output=True, text=True)
-            if done.returncode not in (0, 3):
-                raise Failed(f"name_emulated ended with {done.returncode}: {done.stderr.strip()[-200:]}")
-            after = float(re.search(r"all named after\s+(-?[\d.]+)", done.stdout)[1])
+            said = bench.say(bench.built("name_emulated"), emulator, protocol, seed, codes=(0, 3))
+            after = float(re.search(r"all named after\s+(-?[\d.]+)", said)[1])
             seconds.setdefault(protocol, []).append(after if after >= 0 else float("inf"))
-            wrong += int(re.search(r"wrong names\s+(\d+)", done.stdout)[1])
-            print("  " + "; ".join(line.strip() for line in done.stdout.splitlines() if not line.startswith("["))[:150])
+            wrong += int(re.search(r"wrong names\s+(\d+)", said)[1])
+            print("  " + "; ".join(line.strip() for line in said.splitlines() if not line.startswith("["))[:150])
     slowest = max(seconds["spelled"])
     met = slowest < 15 and wrong == 0 and all(after < float("inf") for values in seconds.values() for after in values)
     return met, f"all named in {slowest:.1f} s, {max(seconds['ark']):.0f} s with ARK's messages, {wrong} wrong names", "15 s, 0"
@@ -117,7 +102,7 @@ def testbed_swap(bench):
     """Two robots swapped by hand in an arena of eight, held for 1.5 s: until all are where frames say again, counted from when they were put down."""
     seeds, held_s = 5, 1.5
     rows = re.findall(r"right after ([-\d.]+) s, wrong frames (\d+), blind messages (\d+)",
-                      lines_of([bench.built("faults_emulated"), "1", str(seeds), "8", "25", f"3 swap 1 5 {held_s}"]))
+                      bench.say(bench.built("faults_emulated"), 1, seeds, 8, 25, f"3 swap 1 5 {held_s}"))
     seconds = [float(row[0]) - held_s for row in rows]
     wrong, blind = (sum(int(row[k]) for row in rows) for k in (1, 2))
     print("  right after", ", ".join(f"{each:.1f}" for each in seconds), "s")

@@ -10,13 +10,30 @@ import threading
 import time
 
 import read_log
-from lab_processes import Failed
+from lab_processes import Failed, until
 
 GROUP = "239.255.76.67"
 # LCM's datagrams: magic, number, channel, 0, bytes; or a part of a message: magic, number, its size, where the part begins, which it is, how many there are
 SHORT_MESSAGE, PART_OF_MESSAGE = b"LC02", b"LC03"
 CLONE_NEWNET, SO_RCVBUFFORCE, SO_TIMESTAMPNS, TIMESTAMP_BYTES = 0x40000000, 33, 35, 64
 NUMBER_AT = 16  # of `number` in a pose frame
+GATEWAY_TEXT = """[lab]
+name = "{lab}"
+[bus]
+url = "udpm://239.255.76.67:{bus}?ttl=0&recv_buf_size=4194304"
+[run]
+scenario = "dhtf"
+[shared]
+labs = {labs}
+[gateway]
+"""
+
+
+def gateway_file(folder, lab, bus, labs, lines):
+    """The file of a gateway without a lab, with these lines of [gateway]."""
+    file = folder / f"{lab}.toml"
+    file.write_text(GATEWAY_TEXT.format(lab=lab, bus=bus, labs=str(labs).replace("'", '"')) + "\n".join(lines) + "\n")
+    return file
 
 
 def say(sender, port, number, channel, data):
@@ -171,11 +188,8 @@ class Talkers:
 
     def until_joined(self, patience_s=120):
         """Until each has heard each that speaks."""
-        end, wanted = time.monotonic() + patience_s, len(self.speaking) * (len(self.labs) - 1)
-        while len(self.came) < wanted:
-            if time.monotonic() > end:
-                raise Failed(f"{wanted - len(self.came)} of {wanted} ways carry nothing after {patience_s} s")
-            self.talk(max(0.5, 1 / self.rate_hz))
+        wanted = len(self.speaking) * (len(self.labs) - 1)
+        until(patience_s, lambda: len(self.came) >= wanted or self.talk(max(0.5, 1 / self.rate_hz)) is None, f"of {wanted} ways some carry nothing after {patience_s} s", 0)
 
     def lost(self, first, last):
         """How many of these numbers did not come, or not once and in order, on all ways together; waits for the last."""
