@@ -47,7 +47,7 @@ TEST_CASE("controller run tells what the swarm did and leaves a table") {
   const TemporaryFolder folder;
   const auto csv = folder.path() / "poses.csv";
   const Ended ended = controller(
-      {"run", file("naming_vote"), "--robots", "9", "--seconds", "10", "--arena", "0.3x0.4", "--csv", csv.string()},
+      {"run", file("disperse_simple"), "--robots", "9", "--seconds", "10", "--arena", "0.3x0.4", "--csv", csv.string()},
       folder.path());
   INFO(ended.output);
   CHECK(ended.code == 0);

@@ -76,12 +76,12 @@ TEST_CASE("synchronising robots flash together") {
     Led flash;
     double early_s;  // as long as they cannot have agreed yet
   };
-  for (const Case& c :
-       {Case{"sync_firefly", Led::red, 8}, {"sync_average", Led::red, 8}, {"sync_clock", Led::white, 0.5}}) {
+  for (const Case& c : {Case{"sync_clock", Led::white, 0.5}, {"sync_firefly", Led::red, 8}}) {
+    if (!arkmesh::tests::thorough() && c.program != "sync_clock") continue;
     SwarmProgram run = crowd(c.program);
     double before = 0, after = 0;
     run.for_seconds(c.early_s, [&](const hal::PoseFrame& frame) { before = std::max(before, share(frame, c.flash)); });
-    run.for_seconds(600);
+    run.for_seconds(arkmesh::tests::thorough() ? 600 : 60);
     run.for_seconds(20, [&](const hal::PoseFrame& frame) { after = std::max(after, share(frame, c.flash)); });
     CHECK_MESSAGE(run.failure.empty(), run.failure);
     MESSAGE(c.program, ": ", before, " flash together at first, ", after, " at the end");
