@@ -1,6 +1,7 @@
 """calibration/fit: simulated robots of preset "measured" are like the real ones of its data."""
 import importlib.machinery
 import importlib.util
+import os
 import pathlib
 import unittest
 
@@ -14,11 +15,13 @@ loader.exec_module(fit)
 
 class Fit(unittest.TestCase):
     def test_measured_robots(self):
-        """Reception in both regimes, the distance of first receptions and the turn of straight drivers are within their tolerances; none holds of the reach before the fit."""
+        """Reception in both regimes, the distance of first receptions and the turn of straight drivers are within their tolerances; none holds of the reach before the fit (by night)."""
         for what, value, least, most in fit.compare("measured"):
             with self.subTest(what):
                 print(f"{what}: {value:.3f}")
                 self.assertTrue(least <= value <= most, f"{value:.4f} is not within {least} to {most}")
+        if "ARKMESH_THOROUGH" not in os.environ:
+            return
         before = {what: not least <= value <= most for what, value, least, most in fit.compare("measured_0")}
         self.assertTrue(all(off for what, off in before.items() if what.startswith(("first reception", "straight drivers: turn"))), before)
 
