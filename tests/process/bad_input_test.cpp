@@ -106,36 +106,6 @@ TEST_CASE("a lab with real robots refuses what only simulated ones have; one wit
   }
 }
 
-TEST_CASE("a wrong key in a file is named with file and line") {
-  // Proves that the sentence says where to look.
-  const tests::TemporaryFolder folder;
-  const auto file = folder.path() / "lab.toml";
-  std::ofstream(file) << "[lab]\nname = \"shark\"\n[run]\nscenario = \"dhtf\"\n[arena]\nrobotz = 3\n";
-  const Said said = say({"run", file.string(), "--out", (folder.path() / "out").string(), "--set",
-                         "scenario.dhtf.requirements.shark=[1,2]", "--set", "arena.use=null"});
-  CAPTURE(said.text);
-  CHECK(said.code == 2);
-  CHECK(said.text.find("lab.toml:6") != std::string::npos);
-  CHECK(said.text.find("arena.robotz") != std::string::npos);
-}
-
-TEST_CASE("a controller that does not compile is said with file, line and the compiler's words") {
-  // Proves that a user sees the error of the program, not of ours.
-  const tests::TemporaryFolder folder;
-  const auto program = folder.path() / "broken.c";
-  std::ofstream(program)
-      << "#include <kilolib.h>\nvoid setup() {}\nvoid loop() { no_such_function_anywhere }\nint main() { return 0; }\n";
-  const Said said = run_with(fmt::format("arena.ode.controller=\"{}\"", program.string()));
-  CAPTURE(said.text);
-  CHECK(said.code == 2);
-  CHECK(said.text.find("broken.c:3") != std::string::npos);
-  CHECK(said.text.find("no_such_function_anywhere") != std::string::npos);
-  const Said missing = run_with("arena.ode.controller=\"/nowhere/at/all.c\"");
-  CAPTURE(missing.text);
-  CHECK(missing.code == 2);
-  CHECK(missing.text.find("/nowhere/at/all.c") != std::string::npos);
-}
-
 TEST_CASE(
     "a log that is missing, foreign, empty or too short for the run is refused by name; a cut one is played as far as "
     "it goes") {
