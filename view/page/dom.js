@@ -1,11 +1,9 @@
 // Makes elements: h("button", {class: "stop", onclick: f}, "STOP"). Texts are always texts, never HTML.
 
-/**
- * @template {keyof HTMLElementTagNameMap} T
+/** @template {keyof HTMLElementTagNameMap} T
  * @param {T} tag @param {Record<string, any>} [attributes] on... are listeners, booleans are set or left out
  * @param {...(Node | string | number | null | undefined | false)} children
- * @returns {HTMLElementTagNameMap[T]}
- */
+ * @returns {HTMLElementTagNameMap[T]} */
 export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -17,11 +15,9 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
-/**
- * Gives a place these children, and changes only what differs: texts that somebody selects stay selected, and what has the focus keeps it.
+/** Gives a place these children, and changes only what differs: texts that somebody selects stay selected, and what has the focus keeps it.
  * Listeners of elements that stay are those of before.
- * @param {Element} place @param {...(Node | string | null | undefined | false)} children
- */
+ * @param {Element} place @param {...(Node | string | null | undefined | false)} children */
 export function patch(place, ...children) {
   const wanted = children.filter((c) => c !== null && c !== undefined && c !== false).map((c) => (typeof c === "string" ? document.createTextNode(c) : /** @type {Node} */ (c)));
   wanted.forEach((node, i) => {
@@ -38,35 +34,27 @@ export function patch(place, ...children) {
   while (place.childNodes.length > wanted.length) place.lastChild?.remove();
 }
 
-/**
- * A name that may be broken behind its dots, lines and colons, and nowhere else.
- * @param {string} name
- */
+/** A name that may be broken behind its dots, lines and colons, and nowhere else.
+ * @param {string} name */
 export function breakable(name) {
   return h("span", {}, ...name.split(/(?<=[./:_])/).flatMap((part, i) => (i ? [h("wbr"), part] : [part])));
 }
 
-/**
- * A table: its head, and rows of texts or nodes.
- * @param {string[]} head @param {(string | number | Node)[][]} rows the first of each row is a name, the others are not broken
- */
+/** A table: its head, and rows of texts or nodes.
+ * @param {string[]} head @param {(string | number | Node)[][]} rows the first of each row is a name, the others are not broken */
 export function table(head, rows) {
   return h("table", {}, h("thead", {}, h("tr", {}, ...head.map((t) => h("th", { scope: "col" }, t)))),
     h("tbody", {}, ...rows.map((row) => h("tr", {}, ...row.map((cell, i) => h("td", {}, i || typeof cell !== "string" ? cell : breakable(cell)))))));
 }
 
-/**
- * Names and values, one a line.
- * @param {[string, string | Node][]} pairs
- */
+/** Names and values, one a line.
+ * @param {[string, string | Node][]} pairs */
 export function facts(pairs) {
   return h("dl", {}, ...pairs.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]));
 }
 
-/**
- * A part of the side column that can be folded.
- * @param {string} title @param {boolean} open
- */
+/** A part of the side column that can be folded.
+ * @param {string} title @param {boolean} open */
 export function section(title, open) {
   const body = h("div", { class: "body" });
   const element = h("details", { open }, h("summary", {}, title), body);

@@ -134,10 +134,8 @@ function show(frame) {
   if (frame.channel === "poses" && lab?.own === options.pick?.lab) extend_path(lab);
 }
 
-/**
- * Pictures of a lab's cameras.
- * @param {import("./world/lab.js").Lab} lab
- */
+/** Pictures of a lab's cameras.
+ * @param {import("./world/lab.js").Lab} lab */
 function make_pictures(lab) {
   const key = JSON.stringify(lab.cameras);
   if (lab.cameras_key === key) return;
@@ -181,10 +179,8 @@ function heard(name, value) {
   }
 }
 
-/**
- * A server tells each new connection of the first run of its batch; the page goes on with the one that it showed.
- * @param {any} value
- */
+/** A server tells each new connection of the first run of its batch; the page goes on with the one that it showed.
+ * @param {any} value */
 async function greeted(value) {
   const { runs, number: run = 0 } = world.about;
   if (run > 0 && value.runs?.[run] === runs?.[run]) {

@@ -23,32 +23,24 @@ export function duration_words(us) {
   return us < 1e3 ? `${us} µs` : us < 1e6 ? `${(us / 1e3).toFixed(us < 1e4 ? 1 : 0)} ms` : us < 120e6 ? `${(us / 1e6).toFixed(1)} s` : `${(us / 60e6).toFixed(1)} min`;
 }
 
-/**
- * With thin spaces between thousands.
- * @param {number | bigint} n
- */
+/** With thin spaces between thousands.
+ * @param {number | bigint} n */
 export function number_words(n) {
   return String(n).replace(/\B(?=(\d{3})+(?!\d))/g, "\u2009");
 }
 
-/**
- * How many of something: "1 robot", "2 robots".
- * @param {number} n @param {string} one its name; for several it gets an s, or is `many` @param {string} [many]
- */
+/** How many of something: "1 robot", "2 robots".
+ * @param {number} n @param {string} one its name; for several it gets an s, or is `many` @param {string} [many] */
 export function counted(n, one, many = `${one}s`) {
   return `${number_words(n)} ${n === 1 ? one : many}`;
 }
 
-/**
- * Units that a count's name may end with, as in app/count_words.cpp: what is shown, and how many of the count's own make one.
- * @type {Record<string, {unit: string, per: number}>}
- */
+/** Units that a count's name may end with, as in app/count_words.cpp: what is shown, and how many of the count's own make one.
+ * @type {Record<string, {unit: string, per: number}>} */
 const count_units = { ppm: { unit: "%", per: 1e4 }, us: { unit: "s", per: 1e6 }, ms: { unit: "s", per: 1e3 }, s: { unit: "s", per: 1 }, bytes: { unit: "kB", per: 1e3 } };
 
-/**
- * A count's name for people, and its unit: "flying south" and "%" of flying.south_ppm.
- * @param {string} name
- */
+/** A count's name for people, and its unit: "flying south" and "%" of flying.south_ppm.
+ * @param {string} name */
 export function count_name(name) {
   const at = Math.max(name.lastIndexOf("."), name.lastIndexOf("_"));
   const unit = at > 0 ? count_units[name.slice(at + 1)] : undefined;
@@ -61,10 +53,8 @@ export function count_value(name, n) {
   return unit ? `${(n / per).toFixed(1)} ${unit}` : number_words(n);
 }
 
-/**
- * How many in a second, or how many times faster: three digits at least, and no powers of ten.
- * @param {number} n
- */
+/** How many in a second, or how many times faster: three digits at least, and no powers of ten.
+ * @param {number} n */
 export function rate_words(n) {
   return n >= 99.95 ? number_words(Math.round(n)) : n === 0 ? "0" : n.toFixed(n < 1 ? 2 : 1);
 }

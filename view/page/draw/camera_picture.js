@@ -13,10 +13,8 @@ export class CameraPicture {
     this.t_us = 0;
   }
 
-  /**
-   * Takes a JPEG; one that comes while another is being read is left out. False: it was not used.
-   * @param {Uint8Array} jpeg @param {number} t_us its lab time
-   */
+  /** Takes a JPEG; one that comes while another is being read is left out. False: it was not used.
+   * @param {Uint8Array} jpeg @param {number} t_us its lab time */
   async take(jpeg, t_us) {
     if (this.busy) return false;
     this.busy = true;

@@ -42,10 +42,8 @@ export class Colours {
     return this.dark ? meaning.dark : meaning.light;
   }
 
-  /**
-   * What lies over a filled shape of that meaning; null when nothing does.
-   * @param {CanvasRenderingContext2D} context @param {string} name
-   */
+  /** What lies over a filled shape of that meaning; null when nothing does.
+   * @param {CanvasRenderingContext2D} context @param {string} name */
   pattern(context, name) {
     const kind = this.meaning(name).pattern;
     if (kind === "plain") return null;

@@ -10,10 +10,8 @@
 /** Lines of the grid are this far apart, metres. */
 export const grid_m = 0.1;
 
-/**
- * The path of an arena's sides.
- * @param {Context} c @param {Lab} lab @param {Placement} p
- */
+/** The path of an arena's sides.
+ * @param {Context} c @param {Lab} lab @param {Placement} p */
 export function arena_path(c, lab, p) {
   const { width, height } = lab.size;
   path(c, p, [[-width / 2, -height / 2], [width / 2, -height / 2], [width / 2, height / 2], [-width / 2, height / 2]]);
@@ -26,10 +24,8 @@ export function path(c, p, corners) {
   c.closePath();
 }
 
-/**
- * @param {Context} c @param {Lab} lab @param {Placement} p @param {Colours} colours
- * @param {number} px one CSS pixel @param {import("./camera_picture.js").CameraPicture[]} pictures of this lab
- */
+/** @param {Context} c @param {Lab} lab @param {Placement} p @param {Colours} colours
+ * @param {number} px one CSS pixel @param {import("./camera_picture.js").CameraPicture[]} pictures of this lab */
 export function draw_floor(c, lab, p, colours, px, pictures) {
   const { width, height } = lab.size;
   arena_path(c, lab, p);
@@ -63,10 +59,8 @@ function line(c, p, x1, y1, x2, y2) {
   c.lineTo(p.x(x2, y2), p.y(x2, y2));
 }
 
-/**
- * The outline of an obstacle or object at a place.
- * @param {Context} c @param {Placement} p @param {any} arena arena_info_t @param {any} solid solid_t @param {{x: number, y: number, heading: number}} at
- */
+/** The outline of an obstacle or object at a place.
+ * @param {Context} c @param {Placement} p @param {any} arena arena_info_t @param {any} solid solid_t @param {{x: number, y: number, heading: number}} at */
 export function solid_path(c, p, arena, solid, at) {
   if (solid.radius_m > 0) {
     c.beginPath();

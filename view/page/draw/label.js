@@ -35,10 +35,8 @@ export function label(words, ink, halo, size_px) {
   return made;
 }
 
-/**
- * Centred at x, y (pixels).
- * @param {CanvasRenderingContext2D} c @param {string} words @param {number} x @param {number} y @param {string} ink @param {string} halo @param {number} size_px
- */
+/** Centred at x, y (pixels).
+ * @param {CanvasRenderingContext2D} c @param {string} words @param {number} x @param {number} y @param {string} ink @param {string} halo @param {number} size_px */
 export function draw_label(c, words, x, y, ink, halo, size_px) {
   const made = label(words, ink, halo, size_px);
   c.drawImage(made.image, Math.round(x - made.width / 2), Math.round(y - made.height / 2));

@@ -55,10 +55,8 @@ export class Discs {
   }
 }
 
-/**
- * Circles that no circle's label may lie on. Not those that surround a labelled one, whose label would find no room at any zoom.
- * @param {Message[]} circles of an overlay_t @param {Placement} p
- */
+/** Circles that no circle's label may lie on. Not those that surround a labelled one, whose label would find no room at any zoom.
+ * @param {Message[]} circles of an overlay_t @param {Placement} p */
 export function sites_of(circles, p) {
   const labelled = circles.filter((circle) => circle.label);
   const surrounds = (/** @type {Message} */ a, /** @type {Message} */ b) => b.radius_m < a.radius_m && Math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) < a.radius_m;
@@ -81,11 +79,9 @@ function meet(a, b) {
   return Math.hypot(Math.max(0, dx - a.width / 2), Math.max(0, dy - a.height / 2)) < b.radius;
 }
 
-/**
- * Where a label goes: at the first of these places, each tried higher and higher, at which it lies on nothing; null where there is no room.
+/** Where a label goes: at the first of these places, each tried higher and higher, at which it lies on nothing; null where there is no room.
  * @param {Places} places gets it, too @param {Places | Discs | null} more what it may not lie on either @param {Box[]} wanted
- * @returns {Box | null}
- */
+ * @returns {Box | null} */
 export function place_label(places, more, ...wanted) {
   for (let line = 0; line < lines_most; ++line) {
     for (const each of wanted) {

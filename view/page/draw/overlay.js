@@ -42,11 +42,9 @@ export function draw_overlay(c, overlay, p, colours, px) {
   c.restore();
 }
 
-/**
- * The words of an overlay, and where they lie; what finds no room is left out until the view is closer.
+/** The words of an overlay, and where they lie; what finds no room is left out until the view is closer.
  * @param {Message} overlay overlay_t @param {Placement} p @param {Colours} colours @param {number} px one CSS pixel
- * @returns {PlacedWords[]}
- */
+ * @returns {PlacedWords[]} */
 export function overlay_words(overlay, p, colours, px) {
   const places = new Places(), sites = sites_of(overlay.circles, p), above_px = 9 * px, size_px = words_px * px;
   /** @type {PlacedWords[]} */
@@ -66,10 +64,8 @@ export function overlay_words(overlay, p, colours, px) {
   return out;
 }
 
-/**
- * Fills and strokes the current path.
- * @param {Context} c @param {Message} of @param {Colours} colours @param {number} px
- */
+/** Fills and strokes the current path.
+ * @param {Context} c @param {Message} of @param {Colours} colours @param {number} px */
 function shape(c, of, colours, px) {
   const colour = colours.of(of.colour);
   if (of.filled) {
@@ -95,10 +91,8 @@ function can_draw({ columns, rows, cells }) {
   return columns >= 1 && rows >= 1 && columns <= side_most && rows <= side_most && columns * rows === cells.length;
 }
 
-/**
- * The middle of its upper side.
- * @param {Message} raster
- */
+/** The middle of its upper side.
+ * @param {Message} raster */
 function top_of({ columns, rows, cell_m, heading_rad, x_m, y_m }) {
   const cos = Math.cos(heading_rad) * cell_m, sin = Math.sin(heading_rad) * cell_m;
   return { x_m: x_m + (cos * columns) / 2 - sin * rows, y_m: y_m + (sin * columns) / 2 + cos * rows };

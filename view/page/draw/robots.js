@@ -26,10 +26,8 @@ export function opacity_of(lab, fleet) {
   return Math.max(0.12, ghost_opacity * Math.exp(-Math.max(0, lab.age_us(fleet) - lab.period_us()) / fade_us));
 }
 
-/**
- * Objects that robots push.
- * @param {Context} c @param {Lab} lab @param {Placement} p @param {Sprites} sprites @param {number} px
- */
+/** Objects that robots push.
+ * @param {Context} c @param {Lab} lab @param {Placement} p @param {Sprites} sprites @param {number} px */
 export function draw_objects(c, lab, p, sprites, px) {
   const arena = lab.arena;
   if (!arena?.n_objects) return;
@@ -49,19 +47,15 @@ export function draw_objects(c, lab, p, sprites, px) {
   }
 }
 
-/**
- * Pixels of a body: of an own robot, or of another lab's, as large as it is in this arena where its lab is known, else as an own one.
- * @param {Lab} lab @param {Placement} p @param {number} px @param {string} of a lab's name @param {Map<string, number>} sizes radius in the shared world, metres, by lab
- */
+/** Pixels of a body: of an own robot, or of another lab's, as large as it is in this arena where its lab is known, else as an own one.
+ * @param {Lab} lab @param {Placement} p @param {number} px @param {string} of a lab's name @param {Map<string, number>} sizes radius in the shared world, metres, by lab */
 function radius_of(lab, p, px, of, sizes) {
   const shared_m = of === lab.own ? undefined : sizes.get(of);
   return Math.max(2 * px, (shared_m === undefined ? lab.body_radius_m() : shared_m / lab.projection().scale) * p.scale);
 }
 
-/**
- * Robots of other labs.
- * @param {Context} c @param {Lab} lab @param {Placement} p @param {Sprites} sprites @param {number} px @param {Map<string, number>} sizes by lab
- */
+/** Robots of other labs.
+ * @param {Context} c @param {Lab} lab @param {Placement} p @param {Sprites} sprites @param {number} px @param {Map<string, number>} sizes by lab */
 export function draw_ghosts(c, lab, p, sprites, px, sizes) {
   for (const fleet of lab.ghosts) {
     const radius = radius_of(lab, p, px, fleet.lab, sizes);
@@ -87,12 +81,10 @@ export function draw_robots(c, lab, p, sprites, px, rings) {
  * @typedef {Named & {box: import("./label_place.js").Box}} Name where its id lies
  */
 
-/**
- * Robots that are to have a name, those of this lab first, for their names get their places first.
+/** Robots that are to have a name, those of this lab first, for their names get their places first.
  * @param {Lab} lab @param {Placement} p @param {number} px @param {Map<string, number>} sizes by lab @param {boolean} ghosts those, too
  * @param {Places} bodies gets those of its robots, named or not @param {Places} ghost_bodies
- * @returns {Named[]}
- */
+ * @returns {Named[]} */
 function named_robots(lab, p, px, sizes, ghosts, bodies, ghost_bodies) {
   /** @type {Named[]} */
   const out = [];
@@ -111,13 +103,11 @@ function named_robots(lab, p, px, sizes, ghosts, bodies, ghost_bodies) {
   return out;
 }
 
-/**
- * Ids of robots, each beside its robot, where they cover neither another word nor a robot; who has no such place has none. Only an own robot's id may lie on
+/** Ids of robots, each beside its robot, where they cover neither another word nor a robot; who has no such place has none. Only an own robot's id may lie on
  * a ghost, where there is no other room.
  * @param {{lab: Lab, placement: Placement}[]} labs of a pane @param {Sprites} sprites @param {number} px @param {Map<string, number>} sizes by lab
  * @param {boolean} ghosts those of other labs' robots, too @param {Places} places what is taken already, of words; gets these
- * @returns {Name[]}
- */
+ * @returns {Name[]} */
 export function place_names(labs, sprites, px, sizes, ghosts, places) {
   const ghost_bodies = new Places();
   const all = labs.flatMap(({ lab, placement }) => named_robots(lab, placement, px, sizes, ghosts, places, ghost_bodies));
@@ -171,10 +161,8 @@ export function draw_pick(c, lab, p, ink, px, pick, path) {
   c.stroke();
 }
 
-/**
- * The robot or ghost of that id as this lab sees it.
- * @param {Lab} lab @param {Pick} pick
- */
+/** The robot or ghost of that id as this lab sees it.
+ * @param {Lab} lab @param {Pick} pick */
 export function find(lab, pick) {
   if (pick.lab === lab.own) return lab.robots.find((r) => r.id === pick.id);
   return lab.ghosts.find((f) => f.lab === pick.lab)?.robots.find((r) => r.id === pick.id);

@@ -18,10 +18,8 @@ import { Places } from "./label_place.js";
  * @typedef {CanvasRenderingContext2D} Context
  */
 
-/**
- * Keeps a pane's drawing inside it.
- * @param {Context} c @param {Rectangle} r @param {() => void} draw
- */
+/** Keeps a pane's drawing inside it.
+ * @param {Context} c @param {Rectangle} r @param {() => void} draw */
 export function within(c, r, draw) {
   c.save();
   c.beginPath();
@@ -50,10 +48,8 @@ export function trail_layer(c, { pane, sprites, px, shown, trail_us }) {
   for (const { lab, placement } of pane.labs) draw_trails(c, lab.trails.values(), placement, sprites.colours.inks.trail, px, lab.t_us, trail_us);
 }
 
-/**
- * The ids that are written, and where.
- * @param {Scene} scene
- */
+/** The ids that are written, and where.
+ * @param {Scene} scene */
 export function names_of({ pane, sprites, px, shown, sizes }) {
   const places = new Places(), title = title_place(pane, px), { width, height } = label(pane.title, sprites.colours.inks.ink, sprites.colours.inks.page, title_px * px);
   places.add({ ...title, width, height });
@@ -68,18 +64,14 @@ export function names_of({ pane, sprites, px, shown, sizes }) {
 /** A camera picture that is older is labelled with its age, microseconds. */
 const picture_old_us = 500_000;
 
-/**
- * Whether robots lie over a camera picture: then they are rings, so that the eye can judge the tracker.
- * @param {Scene} scene @param {Lab} lab
- */
+/** Whether robots lie over a camera picture: then they are rings, so that the eye can judge the tracker.
+ * @param {Scene} scene @param {Lab} lab */
 function camera_over({ shown, pictures }, lab) {
   return shown.pictures && (pictures.get(lab) ?? []).some((picture) => picture.newest);
 }
 
-/**
- * The upper edge of what a pane shows, pixels.
- * @param {Pane} pane
- */
+/** The upper edge of what a pane shows, pixels.
+ * @param {Pane} pane */
 function top_of(pane) {
   return Math.min(...pane.labs.flatMap(({ lab: { size }, placement }) => [-1, 1].flatMap((x) => [-1, 1].map((y) => placement.y((x * size.width) / 2, (y * size.height) / 2)))));
 }
@@ -87,10 +79,8 @@ function top_of(pane) {
 /** The size of a pane's title. */
 const title_px = 13;
 
-/**
- * The middle of a pane's title, pixels.
- * @param {Pane} pane @param {number} px
- */
+/** The middle of a pane's title, pixels.
+ * @param {Pane} pane @param {number} px */
 function title_place(pane, px) {
   const r = pane.rectangle;
   return { x: r.x + r.width / 2, y: Math.max(r.y + 12 * px, top_of(pane) - 12 * px) };
@@ -127,10 +117,8 @@ export function robot_layer(c, scene) {
   }
 }
 
-/**
- * A line at the bottom of the canvas, drawn anew each time: a clock never says the same twice.
- * @param {Context} c @param {string} words @param {import("./colours.js").Colours} colours @param {number} height_px
- */
+/** A line at the bottom of the canvas, drawn anew each time: a clock never says the same twice.
+ * @param {Context} c @param {string} words @param {import("./colours.js").Colours} colours @param {number} height_px */
 export function draw_caption(c, words, colours, height_px) {
   c.font = `${0.6 * height_px}px system-ui, "DejaVu Sans", sans-serif`;
   c.textAlign = "center";
@@ -139,10 +127,8 @@ export function draw_caption(c, words, colours, height_px) {
   c.fillText(words, c.canvas.width / 2, c.canvas.height - height_px / 2);
 }
 
-/**
- * All of it on one canvas: pictures and films.
- * @param {Context} c @param {Scene} scene
- */
+/** All of it on one canvas: pictures and films.
+ * @param {Context} c @param {Scene} scene */
 export function whole(c, scene) {
   within(c, scene.pane.rectangle, () => {
     floor_layer(c, scene);

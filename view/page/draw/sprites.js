@@ -6,10 +6,7 @@ const headings = 64;
 /** Sprites that are kept; then all go, and those in use come back. */
 const sprites_most = 4000;
 
-/**
- * Corners of each LED's mark, in shares of its radius; a disc for those without.
- * @type {Record<number, number[][]>}
- */
+/** @type {Record<number, number[][]>} Corners of each LED's mark, in shares of its radius; a disc for those without. */
 const marks = {
   0: [[-1, -0.25], [1, -0.25], [1, 0.25], [-1, 0.25]], // off: bar
   1: [[0, -1], [0.9, 0.7], [-0.9, 0.7]], // red: triangle up
@@ -33,11 +30,9 @@ export class Sprites {
     this.made = new Map();
   }
 
-  /**
-   * A robot's picture; its middle is the robot's.
+  /** A robot's picture; its middle is the robot's.
    * @param {number} led @param {number} heading_rad on the screen, counter-clockwise
-   * @param {number} radius_px of its body @param {boolean} ghost of another lab @param {boolean} [ring] see-through, in the colour of its LED
-   */
+   * @param {number} radius_px of its body @param {boolean} ghost of another lab @param {boolean} [ring] see-through, in the colour of its LED */
   robot(led, heading_rad, radius_px, ghost, ring = false) {
     const turn = ((Math.round((heading_rad / (2 * Math.PI)) * headings) % headings) + headings) % headings;
     const size = Math.max(2, Math.round(radius_px * 2)); // half pixels

@@ -49,10 +49,8 @@ export function add_to_trails(c, trails, drawn, p, ink, px) {
   c.globalAlpha = 1;
 }
 
-/**
- * The line from one point of a trail to another, both included.
- * @param {Context} c @param {Trail} trail @param {number} from @param {number} to @param {Placement} p
- */
+/** The line from one point of a trail to another, both included.
+ * @param {Context} c @param {Trail} trail @param {number} from @param {number} to @param {Placement} p */
 function stretch(c, trail, from, to, p) {
   for (let serial = from; serial <= to && serial < trail.count; ++serial) {
     const at = serial % trail.points;

@@ -12,10 +12,8 @@ const thumbnail_px = { width: 132, height: 92 };
 const channels = ["arena", "overlay", "poses", "shared"];
 const shown = { labels: false, trails: false, ghosts: false, overlay: true, pictures: false };
 export class BatchGrid {
-  /**
-   * @param {import("../world/world.js").World} world @param {import("../stage/stage.js").Stage} stage @param {import("../play/player.js").Player} player
-   * @param {(run: number) => void} open shows a run
-   */
+  /** @param {import("../world/world.js").World} world @param {import("../stage/stage.js").Stage} stage @param {import("../play/player.js").Player} player
+   * @param {(run: number) => void} open shows a run */
   constructor(world, stage, player, open) {
     this.world = world;
     this.stage = stage;
@@ -29,10 +27,7 @@ export class BatchGrid {
     document.body.append(this.element);
     /** @type {import("./batch_table.js").Table | null} */
     this.table = null;
-    /**
-     * Runs whose last moment is still to be drawn.
-     * @type {{run: number, canvas: HTMLCanvasElement}[]}
-     */
+    /** @type {{run: number, canvas: HTMLCanvasElement}[]} Runs whose last moment is still to be drawn. */
     this.waiting = [];
     this.drawing = false;
     this.seen = new IntersectionObserver((entries) => entries.forEach(({ isIntersecting, target }) => isIntersecting && this.want(/** @type {HTMLCanvasElement} */ (target))), { root: this.element, rootMargin: "200px" });
@@ -108,10 +103,8 @@ function number_of(text) {
   return /^-?\d+$/.test(text) ? number_words(BigInt(text)) : text;
 }
 
-/**
- * A setting or a count in words, with its unit.
- * @param {string} name @param {import("../wire/lcm.js").Message[]} told
- */
+/** A setting or a count in words, with its unit.
+ * @param {string} name @param {import("../wire/lcm.js").Message[]} told */
 function words_of(name, told) {
   const [own, lab] = name.split("@"), about = told.find(({ of }) => of === `setting.${own}` || of === `series.${own}`);
   const { words, unit } = count_name(own.replace(/^(scenario|sensors)\.[^.]+\.|^arena\./, ""));

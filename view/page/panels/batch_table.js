@@ -8,10 +8,8 @@ const no_results = new Set(["state", "why", "final_hash", "periods", "duration_s
  * @typedef {{settings: string[], runs: Map<string, {run: number | null, cells: string[]}>}} Row
  */
 
-/**
- * A batch's table as a grid.
- * @param {Table} table
- */
+/** A batch's table as a grid.
+ * @param {Table} table */
 export function grid_of({ columns, factors, rows }) {
   const seed = columns.indexOf("seed"), seeds = [...new Set(rows.map((row) => row.cells[seed]))];
   /** @type {Map<string, Row>} */

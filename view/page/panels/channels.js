@@ -34,10 +34,8 @@ export class ChannelsPanel {
     this.message.textContent = describe(world.types, newest.bytes);
   }
 
-  /**
-   * Rows are made once for each set of channels and then only written to: a click may come at any time.
-   * @param {import("../world/world.js").World} world
-   */
+  /** Rows are made once for each set of channels and then only written to: a click may come at any time.
+   * @param {import("../world/world.js").World} world */
   list(world) {
     const channels = world.labs.flatMap((lab) => [...new Set([...lab.newest.keys(), ...Object.keys(world.rates[lab.index] ?? {})])].sort().map((channel) => ({ lab, channel })));
     const key = channels.map((c) => `${c.lab.name} ${c.channel}`).join();
@@ -64,10 +62,8 @@ export class ChannelsPanel {
   }
 }
 
-/**
- * A message as indented lines.
- * @param {import("../wire/lcm.js").Types} types @param {Uint8Array} bytes
- */
+/** A message as indented lines.
+ * @param {import("../wire/lcm.js").Types} types @param {Uint8Array} bytes */
 export function describe(types, bytes) {
   try {
     const { type, value } = types.decode(bytes);

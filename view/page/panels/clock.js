@@ -25,11 +25,9 @@ export class ClockPanel {
   }
 }
 
-/**
- * What the panel says of a lab; what is not known is empty. A status is recorded each second of wall time, in which a fast run goes far: of a recorded
+/** What the panel says of a lab; what is not known is empty. A status is recorded each second of wall time, in which a fast run goes far: of a recorded
  * one the words tell when they were said, and the period is that of the shared view, which each boundary has.
- * @param {import("../world/lab.js").Lab} lab @param {boolean} recorded
- */
+ * @param {import("../world/lab.js").Lab} lab @param {boolean} recorded */
 export function lab_words(lab, recorded) {
   const s = lab.status, { arena } = lab;
   const period = recorded ? lab.shared?.period : s?.period;
@@ -52,10 +50,8 @@ function needs_attention(status) {
   return word(status, "phase") === "waiting" || word(status, "outcome") === "failed" || Boolean(keeper(status) || not_standing_words(status));
 }
 
-/**
- * Whether the lab runs, waits or ends, and whether its robots run or stand.
- * @param {import("../wire/lcm.js").Message} status lab_status_t
- */
+/** Whether the lab runs, waits or ends, and whether its robots run or stand.
+ * @param {import("../wire/lcm.js").Message} status lab_status_t */
 export function gate_words(status) {
   const phase = word(status, "phase"), who = keeper(status);
   const stand = who || phase === "ending" || phase === "ended" ? standing_words(status) : "";

@@ -3,10 +3,7 @@
 import { h } from "../dom.js";
 import { keeper, keeper_words, not_standing_words, standing_words, told_words, word } from "../world/status.js";
 
-/**
- * In the order of buttons: name, words, title.
- * @type {[string, string, string][]}
- */
+/** @type {[string, string, string][]} In the order of buttons: name, words, title. */
 const commands = [["pause", "Pause", "key P"], ["resume", "Resume", "key R"], ["reset", "Reset", "Robots restart their program, and wait for Resume"], ["arm", "Arm", ""], ["disarm", "Disarm", ""]];
 
 /**
@@ -14,11 +11,9 @@ const commands = [["pause", "Pause", "key P"], ["resume", "Resume", "key R"], ["
  * @typedef {{name: string, refused: string | undefined, statuses: number, took: boolean}} Order
  */
 
-/**
- * What has become of it, by the lab's newest status. "All were seen to stand" is believed of the second status after the answer only, or of one that
+/** What has become of it, by the lab's newest status. "All were seen to stand" is believed of the second status after the answer only, or of one that
  * tells the end: the first may be from before the command.
- * @param {Order} order @param {import("../world/lab.js").Lab} lab
- */
+ * @param {Order} order @param {import("../world/lab.js").Lab} lab */
 export function order_words(order, lab) {
   const { name, refused } = order, { status } = lab;
   if (refused === undefined) return `${name}: sent`;
@@ -53,10 +48,8 @@ export class ControlBar {
     this.key = "";
   }
 
-  /**
-   * Shows what may be done.
-   * @param {boolean} may
-   */
+  /** Shows what may be done.
+   * @param {boolean} may */
   allow(may) {
     this.may = may;
     const { about, labs } = this.world;

@@ -24,10 +24,7 @@ export class CountsPanel {
     this.list = h("div", { class: "choices" });
     this.choices = h("details", {}, h("summary", {}, "choose curves"), h("p", { class: "about" }, `At most ${curves_most} are drawn at once.`), this.list);
     body.append(this.now, this.place, this.choices, h("button", { id: "curves-csv", title: "All curves as a table", onclick: () => this.save() }, "save as CSV"));
-    /**
-     * Names that are drawn, once somebody has chosen; null: those that the scenario names, else the first.
-     * @type {Set<string> | null}
-     */
+    /** @type {Set<string> | null} Names that are drawn, once somebody has chosen; null: those that the scenario names, else the first. */
     this.chosen = null;
     this.listed = "";
     /** @type {Map<string, Series>} */
@@ -47,20 +44,16 @@ export class CountsPanel {
     return { width: Math.max(120, this.place.clientWidth), height: height_px };
   }
 
-  /**
-   * Curves of the run up to now; of a recorded one that is all.
-   * @param {Series[]} series @param {boolean} whole
-   */
+  /** Curves of the run up to now; of a recorded one that is all.
+   * @param {Series[]} series @param {boolean} whole */
   set(series, whole) {
     this.whole = whole;
     this.series = new Map(series.map((s) => [s.name, s]));
     this.names = "";
   }
 
-  /**
-   * Notes what labs count now.
-   * @param {import("../world/world.js").World} world
-   */
+  /** Notes what labs count now.
+   * @param {import("../world/world.js").World} world */
   note(world) {
     if (world.about.mode === "recorded") return;
     for (const lab of world.labs) {
@@ -112,10 +105,8 @@ export class CountsPanel {
     this.names = this.drawn = "";
   }
 
-  /**
-   * What may be drawn, to be chosen where that is more than is drawn by itself.
-   * @param {{name: string, words: string}[]} all @param {Set<string>} chosen
-   */
+  /** What may be drawn, to be chosen where that is more than is drawn by itself.
+   * @param {{name: string, words: string}[]} all @param {Set<string>} chosen */
   offer(all, chosen) {
     const key = JSON.stringify([all, [...chosen]]);
     if (key === this.listed) return;
@@ -169,37 +160,29 @@ export class CountsPanel {
 
 /** @typedef {import("../world/lab.js").Lab} Lab */
 
-/**
- * A curve's lab and name: live ones are named "LAB COUNT", recorded ones "LAB.COUNT" or "LAB.TABLE.COLUMN".
- * @param {string} name @param {Lab[]} labs
- */
+/** A curve's lab and name: live ones are named "LAB COUNT", recorded ones "LAB.COUNT" or "LAB.TABLE.COLUMN".
+ * @param {string} name @param {Lab[]} labs */
 function parts_of(name, labs) {
   const lab = labs.find((l) => name.startsWith(`${l.name} `) || name.startsWith(`${l.name}.`));
   return { lab, of: lab ? name.slice(lab.name.length + 1) : name };
 }
 
-/**
- * What the scenario tells of a count or column.
- * @param {Lab | undefined} lab @param {string} of
- */
+/** What the scenario tells of a count or column.
+ * @param {Lab | undefined} lab @param {string} of */
 function told(lab, of) {
   return lab?.shown.find((each) => each.of === `series.${of}`);
 }
 
-/**
- * The curves that scenarios want to be drawn, in their order, of each lab; if they want none, the first.
- * @param {string[]} names @param {Lab[]} labs
- */
+/** The curves that scenarios want to be drawn, in their order, of each lab; if they want none, the first.
+ * @param {string[]} names @param {Lab[]} labs */
 export function named_curves(names, labs) {
   const wanted = [...new Set(labs.flatMap((lab) => lab.shown).filter((each) => each["curve"]).map((each) => each.of))];
   const found = wanted.flatMap((of) => names.filter((name) => `series.${parts_of(name, labs).of}` === of));
   return (found.length ? found : names).slice(0, curves_most);
 }
 
-/**
- * A curve's words for people, its unit, and how many of its numbers make one of that.
- * @param {string} name @param {Lab[]} labs
- */
+/** A curve's words for people, its unit, and how many of its numbers make one of that.
+ * @param {string} name @param {Lab[]} labs */
 function words_of(name, labs) {
   const { lab, of } = parts_of(name, labs), about = told(lab, of), own = count_name(of);
   const { unit, per } = about?.["unit"] ? { unit: about["unit"], per: 1 } : own;
@@ -207,10 +190,8 @@ function words_of(name, labs) {
   return { words: words + (unit && ` (${unit})`), per };
 }
 
-/**
- * A row for each count, a column for each lab.
- * @param {Count[]} counts @param {(lab: string, name: string) => import("../wire/lcm.js").Message | undefined} about
- */
+/** A row for each count, a column for each lab.
+ * @param {Count[]} counts @param {(lab: string, name: string) => import("../wire/lcm.js").Message | undefined} about */
 function counts_table(counts, about) {
   const labs = [...new Set(counts.map((c) => c.lab))], names = [...new Set(counts.map((c) => c.name))];
   const at = new Map(counts.map((c) => [`${c.lab} ${c.name}`, c.n]));
@@ -220,11 +201,9 @@ function counts_table(counts, about) {
   })])) : "";
 }
 
-/**
- * What curves say of a moment: the newest value at or before it. Their names begin with a lab's.
+/** What curves say of a moment: the newest value at or before it. Their names begin with a lab's.
  * @param {Series[]} list @param {number} t_s @param {string[]} labs
- * @returns {Count[]}
- */
+ * @returns {Count[]} */
 export function values_at(list, t_s, labs) {
   return list.flatMap(({ name, t_s: times, y }) => {
     const i = times.filter((t) => t <= t_s).length - 1, lab = labs.find((l) => name.startsWith(`${l}.`)) ?? "";
@@ -232,20 +211,16 @@ export function values_at(list, t_s, labs) {
   });
 }
 
-/**
- * A curve as it is drawn: in the unit that its name tells.
+/** A curve as it is drawn: in the unit that its name tells.
  * @param {Series} s @param {Lab[]} labs
- * @returns {Series}
- */
+ * @returns {Series} */
 function drawn(s, labs) {
   const { words, per } = words_of(s.name, labs);
   return { name: words, t_s: s.t_s, y: per === 1 ? s.y : s.y.map((y) => y / per) };
 }
 
-/**
- * A line where a recorded run stands.
- * @param {uPlot} u @param {number} t_s @param {string} ink
- */
+/** A line where a recorded run stands.
+ * @param {uPlot} u @param {number} t_s @param {string} ink */
 function mark(u, t_s, ink) {
   const x = u.valToPos(t_s, "x", true);
   u.ctx.save();
@@ -257,10 +232,8 @@ function mark(u, t_s, ink) {
   u.ctx.restore();
 }
 
-/**
- * Curves on one axis of times, as uPlot wants them.
- * @param {Series[]} list @returns {(number | null)[][]}
- */
+/** Curves on one axis of times, as uPlot wants them.
+ * @param {Series[]} list @returns {(number | null)[][]} */
 export function align(list) {
   const times = [...new Set(list.flatMap((s) => s.t_s))].sort((a, b) => a - b);
   const at = new Map(times.map((t, i) => [t, i]));

@@ -30,11 +30,9 @@ export class LegendPanel {
 
 /** @typedef {{of: string, words: string}} Entry */
 
-/**
- * What is to be explained: each colour of what labs draw now, and the LEDs that the scenario has words for.
+/** What is to be explained: each colour of what labs draw now, and the LEDs that the scenario has words for.
  * @param {import("../world/lab.js").Lab[]} labs @param {import("../draw/colours.js").Table} table
- * @returns {Entry[]}
- */
+ * @returns {Entry[]} */
 export function legend_of(labs, table) {
   const drawn = new Set(labs.flatMap(({ overlay }) => ["rasters", "polygons", "circles", "lines", "texts"].flatMap((kind) => overlay?.[kind] ?? [])
     .map((shape) => (Object.hasOwn(table.colours, shape.colour) ? shape.colour : "note"))));
@@ -46,10 +44,8 @@ export function legend_of(labs, table) {
   return [...said, ...others].map(([of, words]) => ({ of, words }));
 }
 
-/**
- * A robot with that LED, or a shape in that colour.
- * @param {string} of @param {Colours} colours
- */
+/** A robot with that LED, or a shape in that colour.
+ * @param {string} of @param {Colours} colours */
 function sample(of, colours) {
   const { width, height } = sample_px, ratio = devicePixelRatio || 1;
   const canvas = h("canvas", { width: width * ratio, height: height * ratio, "aria-hidden": "true" });

@@ -29,10 +29,8 @@ export class LinksPanel {
     return peers.length ? peers.map((/** @type {import("../wire/lcm.js").Message} */ p) => peer(p, world.rates[lab.index] ?? {})) : [h("p", {}, lab.peers ? "no peers" : "no gateway heard")];
   }
 
-  /**
-   * At the click, not at `toggle`: the panel may be written anew in between.
-   * @param {string} lab
-   */
+  /** At the click, not at `toggle`: the panel may be written anew in between.
+   * @param {string} lab */
   fold(lab) {
     if (!this.unfolded.delete(lab)) this.unfolded.add(lab);
   }
@@ -43,10 +41,8 @@ function drops_of(lab) {
   return [...(lab.status?.counters ?? []), ...(lab.peers?.counters ?? [])].filter((c) => lost.test(c.name) && Number(c.value) > 0);
 }
 
-/**
- * Whether a lab has, or waits for, links: a swarm without periods has none, and a lab without others neither.
- * @param {import("../world/lab.js").Lab} lab
- */
+/** Whether a lab has, or waits for, links: a swarm without periods has none, and a lab without others neither.
+ * @param {import("../world/lab.js").Lab} lab */
 export function is_joined(lab) {
   return Boolean(lab.peers?.peers.length) || (lab.status?.last_period > 0 && lab.shared?.labs.length !== 1);
 }

@@ -9,10 +9,8 @@ export const silent_ms = 3000;
 
 /** @typedef {import("../world/world.js").World} World */
 
-/**
- * What the page does not hear, in words; empty: it hears everything.
- * @param {World} world @param {{open: boolean, why: string, heard_ms: number}} connection @param {number} now_ms of the same clock
- */
+/** What the page does not hear, in words; empty: it hears everything.
+ * @param {World} world @param {{open: boolean, why: string, heard_ms: number}} connection @param {number} now_ms of the same clock */
 export function silence_words(world, connection, now_ms) {
   const live = world.about.mode === "live", { labs } = world;
   const ended = live && labs.length > 0 && labs.every((lab) => word(lab.status, "phase") === "ended");
@@ -24,10 +22,8 @@ export function silence_words(world, connection, now_ms) {
   return live && !ended && heard.length && now_ms - newest_ms >= silent_ms ? words(`from ${heard.map((lab) => lab.name).join(", ")}`, newest_ms) : "";
 }
 
-/**
- * How runs ended: a line for each lab whose has, and where results are once all have.
- * @param {World} world
- */
+/** How runs ended: a line for each lab whose has, and where results are once all have.
+ * @param {World} world */
 export function ended_words(world) {
   if (world.about.mode !== "live") return [];
   const ended = world.labs.filter((lab) => word(lab.status, "phase") === "ended");
@@ -68,10 +64,8 @@ export class Notices {
   }
 }
 
-/**
- * Only what changed, because screen readers read it out.
- * @param {HTMLElement} element @param {string[]} lines
- */
+/** Only what changed, because screen readers read it out.
+ * @param {HTMLElement} element @param {string[]} lines */
 function write(element, lines) {
   const text = lines.join("\n");
   element.hidden = !text;

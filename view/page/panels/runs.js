@@ -39,10 +39,8 @@ export class RunsPanel {
     this.said.replaceChildren(); // where they differ is one of the notes
   }
 
-  /**
-   * Shows another run of the batch.
-   * @param {number} run
-   */
+  /** Shows another run of the batch.
+   * @param {number} run */
   async open(run) {
     this.player.play(false);
     const { answer } = await this.player.ask({ open: { run } });
@@ -62,18 +60,14 @@ export class RunsPanel {
   }
 }
 
-/**
- * The run in RUN/LAB.
- * @param {string} lab
- */
+/** The run in RUN/LAB.
+ * @param {string} lab */
 function run_of(lab) {
   return lab.slice(0, Math.max(0, lab.lastIndexOf("/")));
 }
 
-/**
- * Whose robots lie elsewhere, in words.
- * @param {import("../world/lab.js").Lab} a @param {import("../world/lab.js").Lab} b
- */
+/** Whose robots lie elsewhere, in words.
+ * @param {import("../world/lab.js").Lab} a @param {import("../world/lab.js").Lab} b */
 export function differences(a, b) {
   const apart = a.robots.flatMap((r) => {
     const other = b.robots.find((x) => x.id === r.id);

@@ -25,10 +25,8 @@ export class ViewBar {
       this.follow, ...this.tools, ...this.layers, this.trails, h("button", { id: "help", title: "Keys (?)", "aria-label": "Keys (?)", onclick: help }, "?"));
   }
 
-  /**
-   * What does nothing here is not shown.
-   * @param {import("../world/lab.js").Lab[]} labs @param {boolean} hand robots may be moved
-   */
+  /** What does nothing here is not shown.
+   * @param {import("../world/lab.js").Lab[]} labs @param {boolean} hand robots may be moved */
   update(labs, hand) {
     this.mode.hidden = labs.length < 2;
     this.tools[2].hidden = !hand;

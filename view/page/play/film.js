@@ -20,10 +20,8 @@ export class Film {
     this.moments = 0;
   }
 
-  /**
-   * Goes to a time, without trails.
-   * @param {number} t_us @param {number} [speed]
-   */
+  /** Goes to a time, without trails.
+   * @param {number} t_us @param {number} [speed] */
   async begin(t_us, speed = 0) {
     const { player } = this;
     this.speed = speed;
@@ -33,19 +31,15 @@ export class Film {
     await this.show({ seek: { t_us: Math.round(t_us) } }, t_us);
   }
 
-  /**
-   * The next moment.
-   * @param {number} step_us lab time since the last one
-   */
+  /** The next moment.
+   * @param {number} step_us lab time since the last one */
   async next(step_us) {
     const t_us = this.player.t_us + step_us;
     await this.show({ frames: { from_us: Math.round(t_us), step_us: Math.round(step_us), count: 1, channels } }, t_us);
   }
 
-  /**
-   * The next moments, encoded; as the encoder's `bytes`.
-   * @param {number} step_us @param {number} count @param {boolean} last
-   */
+  /** The next moments, encoded; as the encoder's `bytes`.
+   * @param {number} step_us @param {number} count @param {boolean} last */
   async encoded(step_us, count, last) {
     for (let i = 0; i < count; ++i) {
       await this.next(step_us);

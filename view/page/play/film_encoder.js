@@ -25,10 +25,8 @@ export class FilmEncoder {
     this.failed = null;
   }
 
-  /**
-   * False: this browser cannot.
-   * @param {number} per_s moments per second of the film
-   */
+  /** False: this browser cannot.
+   * @param {number} per_s moments per second of the film */
   async begin(per_s) {
     this.stage.resize();
     const [{ canvas }] = this.stage.contexts;
@@ -65,11 +63,9 @@ export class FilmEncoder {
     while (encoder.encodeQueueSize > queue_most && !this.failed) await new Promise((done) => setTimeout(done, 1));
   }
 
-  /**
-   * What was encoded since the last call, as a data: URL.
+  /** What was encoded since the last call, as a data: URL.
    * @param {boolean} last nothing comes any more
-   * @returns {Promise<string>}
-   */
+   * @returns {Promise<string>} */
   async bytes(last) {
     if (last) await this.encoder?.flush();
     if (this.failed) throw this.failed;

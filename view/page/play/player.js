@@ -25,18 +25,12 @@ export class Player {
     this.t_us = 0;
     this.speed = 1;
     this.playing = false;
-    /**
-     * Frames that wait for their time, in order.
-     * @type {Frame[]}
-     */
+    /** @type {Frame[]} Frames that wait for their time, in order. */
     this.waiting = [];
     /** Up to where the server was asked. */
     this.asked_us = 0;
     this.request = 0;
-    /**
-     * Requests that are under way: what for.
-     * @type {Map<number, "seek"|"frames">}
-     */
+    /** @type {Map<number, "seek"|"frames">} Requests that are under way: what for. */
     this.open = new Map();
     /** Called when the newest seek is done. @type {(() => void) | null} */
     this.arrived = null;
@@ -45,10 +39,8 @@ export class Player {
     this.last_ms = 0;
     /** When we looked last whether the run has grown. */
     this.looked_ms = 0;
-    /**
-     * Answers to requests that others made.
-     * @type {Map<number, {frames: Frame[], elsewhere: boolean, done: (frames: Frame[], answer: any) => void}>}
-     */
+    /** Answers to requests that others made.
+     * @type {Map<number, {frames: Frame[], elsewhere: boolean, done: (frames: Frame[], answer: any) => void}>} */
     this.asked = new Map();
   }
 
@@ -58,10 +50,8 @@ export class Player {
     this.growing = growing;
   }
 
-  /**
-   * Asks anything, beside the playing; of another run, too.
-   * @param {Record<string, any>} what @returns {Promise<{frames: Frame[], answer: any}>}
-   */
+  /** Asks anything, beside the playing; of another run, too.
+   * @param {Record<string, any>} what @returns {Promise<{frames: Frame[], answer: any}>} */
   ask(what) {
     const request = ++this.request;
     return new Promise((resolve) => {
@@ -70,11 +60,9 @@ export class Player {
     });
   }
 
-  /**
-   * Goes to a time. Resolves when everything of that time was shown, or another jump came.
+  /** Goes to a time. Resolves when everything of that time was shown, or another jump came.
    * @param {number} t_us
-   * @returns {Promise<void>}
-   */
+   * @returns {Promise<void>} */
   seek(t_us) {
     this.t_us = Math.min(Math.max(0, t_us), this.length_us);
     this.waiting = [];
@@ -116,10 +104,8 @@ export class Player {
     this.open.clear();
   }
 
-  /**
-   * A step of the given lab time, forward or back.
-   * @param {number} by_us
-   */
+  /** A step of the given lab time, forward or back.
+   * @param {number} by_us */
   step(by_us) {
     this.play(false);
     this.seek(this.t_us + by_us);
@@ -155,18 +141,14 @@ export class Player {
     if (answer.growing !== undefined) this.growing = answer.growing;
   }
 
-  /**
-   * The server refused a request: it is over.
-   * @param {number} request @param {string} why
-   */
+  /** The server refused a request: it is over.
+   * @param {number} request @param {string} why */
   refused(request, why) {
     this.done({ request, refused: why });
   }
 
-  /**
-   * Lets wall time pass.
-   * @param {number} now_ms
-   */
+  /** Lets wall time pass.
+   * @param {number} now_ms */
   tick(now_ms) {
     if (!this.playing) return;
     // A page that was hidden goes on where it was.

@@ -28,10 +28,8 @@ export class ScrubBar {
     this.player.step(by * frame_us);
   }
 
-  /**
-   * The next faster or slower speed.
-   * @param {1 | -1} by
-   */
+  /** The next faster or slower speed.
+   * @param {1 | -1} by */
   change_speed(by) {
     const at = Math.min(speeds.length - 1, Math.max(0, speeds.indexOf(this.player.speed) + by));
     this.player.set_speed(speeds[at]);

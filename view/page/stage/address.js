@@ -6,10 +6,7 @@ export class Address {
     this.options = options;
     this.player = player;
     this.world = world;
-    /**
-     * What it said when the page was opened; null once it was heeded.
-     * @type {URLSearchParams | null}
-     */
+    /** @type {URLSearchParams | null} What it said when the page was opened; null once it was heeded. */
     this.asked = new URLSearchParams(location.hash.slice(1));
   }
 

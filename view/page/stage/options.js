@@ -6,15 +6,9 @@
 
 export class Options {
   constructor() {
-    /**
-     * Labs side by side, or all in the shared frame.
-     * @type {"side"|"together"}
-     */
+    /** @type {"side"|"together"} Labs side by side, or all in the shared frame. */
     this.mode = "side";
-    /**
-     * What a drag does: move the view, measure, or move a robot.
-     * @type {"look"|"measure"|"hand"}
-     */
+    /** @type {"look"|"measure"|"hand"} What a drag does: move the view, measure, or move a robot. */
     this.tool = "look";
     /** @type {import("../draw/scene.js").Shown} */
     this.shown = { labels: true, trails: true, ghosts: true, overlay: true, pictures: true };

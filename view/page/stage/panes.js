@@ -11,10 +11,7 @@ export class Panes {
   constructor() {
     /** @type {Map<string, View>} by pane's key */
     this.views = new Map();
-    /**
-     * Panes that the user has moved are not fitted any more.
-     * @type {Set<string>}
-     */
+    /** @type {Set<string>} Panes that the user has moved are not fitted any more. */
     this.moved = new Set();
     /** @type {ViewedPane[]} */
     this.list = [];
@@ -46,10 +43,8 @@ export class Panes {
     for (const pane of this.list) pane.rectangle = { ...pane.rectangle, y: pane.rectangle.y - title_px, height: pane.rectangle.height + title_px };
   }
 
-  /**
-   * The pane's rectangle below its title, which its view refers to.
-   * @param {ViewedPane} pane @param {number} px @returns {Rectangle}
-   */
+  /** The pane's rectangle below its title, which its view refers to.
+   * @param {ViewedPane} pane @param {number} px @returns {Rectangle} */
   inner(pane, px) {
     const title_px = 24 * px;
     return { ...pane.rectangle, y: pane.rectangle.y + title_px, height: pane.rectangle.height - title_px };
@@ -77,10 +72,8 @@ function title_of(lab) {
   return others.length ? `${lab.name}, dashed: ${others.join(", ")}` : lab.name;
 }
 
-/**
- * How many columns make square panes largest.
- * @param {number} n @param {number} width @param {number} height
- */
+/** How many columns make square panes largest.
+ * @param {number} n @param {number} width @param {number} height */
 function best_columns(n, width, height) {
   let best = 1, side = 0;
   for (let columns = 1; columns <= n; ++columns) {
@@ -95,10 +88,8 @@ function around({ width, height }) {
   return { x: -width / 2, y: -height / 2, width, height };
 }
 
-/**
- * What holds all arenas, in the shared frame.
- * @param {Lab[]} labs @returns {Rectangle}
- */
+/** What holds all arenas, in the shared frame.
+ * @param {Lab[]} labs @returns {Rectangle} */
 function bounds(labs) {
   let left = Infinity, right = -Infinity, low = Infinity, high = -Infinity;
   for (const lab of labs) {

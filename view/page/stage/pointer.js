@@ -17,10 +17,7 @@ export class Pointer {
     this.stage = stage;
     this.options = options;
     this.move = move;
-    /**
-     * Fingers that are down, in device pixels.
-     * @type {Map<number, Point>}
-     */
+    /** @type {Map<number, Point>} Fingers that are down, in device pixels. */
     this.down = new Map();
     /** @type {{pane: ViewedPane, at: Point, far: boolean, robot: {lab: import("../world/lab.js").Lab, id: number} | null} | null} */
     this.press = null;
@@ -59,10 +56,8 @@ export class Pointer {
     }
   }
 
-  /**
-   * Moves the view of every pane.
-   * @param {number} dx_px @param {number} dy_px CSS pixels
-   */
+  /** Moves the view of every pane.
+   * @param {number} dx_px @param {number} dy_px CSS pixels */
   pan(dx_px, dy_px) {
     const { panes, px } = this.stage;
     for (const pane of panes.list) {
@@ -133,10 +128,8 @@ export class Pointer {
     this.options.set({ ruler: { a: from, b: to, words: distance_words(Math.hypot(b.x - a.x, b.y - a.y)) + (shared ? " shared" : "") } });
   }
 
-  /**
-   * The nearest robot, or ghost, under a point.
-   * @param {ViewedPane} pane @param {Point} at @returns {import("../draw/robots.js").Pick | null}
-   */
+  /** The nearest robot, or ghost, under a point.
+   * @param {ViewedPane} pane @param {Point} at @returns {import("../draw/robots.js").Pick | null} */
   hit(pane, at) {
     let best = null, nearest = Infinity;
     for (const { lab, placement } of pane.labs) {
@@ -153,10 +146,8 @@ export class Pointer {
     return best;
   }
 
-  /**
-   * Picks the next or previous robot of the first lab that has the picked one.
-   * @param {1 | -1} step
-   */
+  /** Picks the next or previous robot of the first lab that has the picked one.
+   * @param {1 | -1} step */
   next(step) {
     const { pick } = this.options, labs = this.stage.world.labs;
     const lab = labs.find((l) => l.own === pick?.lab) ?? labs[0];

@@ -29,10 +29,7 @@ export class Stage {
     this.pictures = new Map();
     /** Raised by each new camera picture. */
     this.pictures_version = 0;
-    /**
-     * Path of the picked robot, in its arena.
-     * @type {{x: number, y: number}[]}
-     */
+    /** @type {{x: number, y: number}[]} Path of the picked robot, in its arena. */
     this.path = [];
     /** A line below the arenas; none when empty. */
     this.caption = "";
@@ -46,10 +43,7 @@ export class Stage {
     /** What each layer showed when it was drawn last. */
     this.drawn = { size: "", floor: "", trails: "", robots: "" };
     this.trails_drawn_ms = this.trails_drawn_us = 0;
-    /**
-     * How far each lab's trails are drawn.
-     * @type {Map<Lab, Map<number, number>>}
-     */
+    /** @type {Map<Lab, Map<number, number>>} How far each lab's trails are drawn. */
     this.trails_done = new Map();
     this.px = 1;
     this.described = "";
@@ -66,10 +60,8 @@ export class Stage {
     this.drawn = { size: this.drawn.size, floor: "", trails: "", robots: "" };
   }
 
-  /**
-   * Draws what changed.
-   * @param {number} now_ms
-   */
+  /** Draws what changed.
+   * @param {number} now_ms */
   draw(now_ms) {
     this.resize();
     const { options } = this;
@@ -106,10 +98,8 @@ export class Stage {
     if (options.shown.trails) this.continue_trails(trails);
   }
 
-  /**
-   * Who does not see the canvas is told what is on it.
-   * @param {Lab[]} labs
-   */
+  /** Who does not see the canvas is told what is on it.
+   * @param {Lab[]} labs */
   describe(labs) {
     const words = `The arenas, from above. ${labs.map((lab) => `${lab.name}: ${lab.arena ? `${lab.arena.robots} robots` : "not known yet"}`).join("; ")}.`;
     if (this.described === words) return;
@@ -156,10 +146,8 @@ export class Stage {
     this.drawn = { size, floor: "", trails: "", robots: "" };
   }
 
-  /**
-   * Keeps the picked robot in the middle.
-   * @param {import("../draw/robots.js").Pick} pick
-   */
+  /** Keeps the picked robot in the middle.
+   * @param {import("../draw/robots.js").Pick} pick */
   follow(pick) {
     for (const pane of this.panes.list) {
       for (const { lab } of pane.labs) {

@@ -10,10 +10,8 @@ export class View {
     this.px_per_m = 400;
   }
 
-  /**
-   * Shows the whole rectangle (metres, x and y its lower left corner), with a margin.
-   * @param {Rectangle} world @param {Rectangle} pane
-   */
+  /** Shows the whole rectangle (metres, x and y its lower left corner), with a margin.
+   * @param {Rectangle} world @param {Rectangle} pane */
   fit(world, pane) {
     const margin = 1.08;
     this.x_m = world.x + world.width / 2;

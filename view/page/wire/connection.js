@@ -42,10 +42,8 @@ export class Connection {
     };
   }
 
-  /**
-   * A browser does not tell why a WebSocket was refused. A server that answers other requests has given the place to somebody else.
-   * @param {WebSocket} socket that was closed
-   */
+  /** A browser does not tell why a WebSocket was refused. A server that answers other requests has given the place to somebody else.
+   * @param {WebSocket} socket that was closed */
   async ask_why(socket) {
     const answer = await fetch("about.json").catch(() => null);
     if (answer?.ok && this.socket?.readyState !== WebSocket.OPEN && socket.readyState === WebSocket.CLOSED) {
@@ -71,10 +69,8 @@ export class Connection {
     }
   }
 
-  /**
-   * False when nobody is there to hear it.
-   * @param {object} message
-   */
+  /** False when nobody is there to hear it.
+   * @param {object} message */
   send(message) {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));

@@ -26,10 +26,8 @@ class Reader {
     this.at = 0;
   }
 
-  /**
-   * Takes `count` bytes and returns where they begin.
-   * @param {number} count
-   */
+  /** Takes `count` bytes and returns where they begin.
+   * @param {number} count */
   take(count) {
     const begin = this.at;
     if (count > this.bytes.length - begin) throw new DecodeError(`ends after ${counted(this.bytes.length, "byte")}, in the middle of a value`);
@@ -74,10 +72,8 @@ export class Types {
     this.decoders = new Map();
   }
 
-  /**
-   * The type's name of these bytes, or undefined when it is none of ours.
-   * @param {Uint8Array} bytes
-   */
+  /** The type's name of these bytes, or undefined when it is none of ours.
+   * @param {Uint8Array} bytes */
   name_of(bytes) {
     if (bytes.length < 8) return undefined;
     let fingerprint = "";
@@ -85,10 +81,8 @@ export class Types {
     return this.names.get(fingerprint);
   }
 
-  /**
-   * Throws DecodeError.
-   * @param {Uint8Array} bytes @returns {Decoded}
-   */
+  /** Throws DecodeError.
+   * @param {Uint8Array} bytes @returns {Decoded} */
   decode(bytes) {
     const type = this.name_of(bytes);
     if (type === undefined) throw new DecodeError("has a type unknown to this server");
@@ -146,10 +140,7 @@ export class Types {
   }
 }
 
-/**
- * Messages that are being read, the innermost last: a count is a field of the one that holds the array.
- * @type {Message[]}
- */
+/** @type {Message[]} Messages that are being read, the innermost last: a count is a field of the one that holds the array. */
 let scopes = [];
 
 /** @param {string|number} dim @param {Reader} reader @param {number} smallest */

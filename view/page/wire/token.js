@@ -1,9 +1,7 @@
 // The right to control: a token in the URL's fragment, which browsers send to nobody. It is exchanged for a cookie and leaves the address bar.
 
-/**
- * Empty when there is none.
- * @param {string} hash of the page's address, as "#token=12ab"
- */
+/** Empty when there is none.
+ * @param {string} hash of the page's address, as "#token=12ab" */
 export function token_of(hash) {
   return new URLSearchParams(hash.replace(/^#/, "")).get("token") ?? "";
 }

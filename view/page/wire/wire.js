@@ -9,10 +9,8 @@ const words = new TextDecoder();
 const bundle_kind = 3;
 const bundle_head_bytes = 4;
 
-/**
- * The frames of a binary message: itself, or those in a bundle. What a bundle's end cuts off comes as it is.
- * @param {ArrayBuffer} buffer @returns {ArrayBuffer[]}
- */
+/** The frames of a binary message: itself, or those in a bundle. What a bundle's end cuts off comes as it is.
+ * @param {ArrayBuffer} buffer @returns {ArrayBuffer[]} */
 export function frames_in(buffer) {
   const view = new DataView(buffer);
   if (buffer.byteLength < bundle_head_bytes || view.getUint8(0) !== bundle_kind) return [buffer];
@@ -25,10 +23,8 @@ export function frames_in(buffer) {
   return frames;
 }
 
-/**
- * Null when the bytes are no frame.
- * @param {ArrayBuffer} buffer @returns {Frame | null}
- */
+/** Null when the bytes are no frame.
+ * @param {ArrayBuffer} buffer @returns {Frame | null} */
 export function parse_frame(buffer) {
   if (buffer.byteLength < head_bytes) return null;
   const view = new DataView(buffer);

@@ -53,10 +53,7 @@ export class Lab {
     this.shared = null;
     /** @type {Message | null} */
     this.overlay = null;
-    /**
-     * What the scenario tells of what is seen (shown_words_t).
-     * @type {Message[]}
-     */
+    /** @type {Message[]} What the scenario tells of what is seen (shown_words_t). */
     this.shown = [];
     /** @type {Robot[]} ascending id */
     this.robots = [];
@@ -87,10 +84,8 @@ export class Lab {
     Object.assign(this, new Lab(this.index, this.name), { newest, cameras, cameras_key, arena, shown, heard_ms, statuses }, versions);
   }
 
-  /**
-   * Takes one message.
-   * @param {string} channel @param {Message} value @param {number} t_us
-   */
+  /** Takes one message.
+   * @param {string} channel @param {Message} value @param {number} t_us */
   absorb(channel, value, t_us) {
     if (channel === "poses") this.take_poses(value);
     else if (channel === "shared") this.take_shared(value);
@@ -160,10 +155,8 @@ export class Lab {
     }
   }
 
-  /**
-   * @param {number} robot or everyone
-   * @param {ToRobot} told
-   */
+  /** @param {number} robot or everyone
+   * @param {ToRobot} told */
   add_told(robot, told) {
     const list = this.told.get(robot) ?? [];
     list.unshift(told);
@@ -171,10 +164,8 @@ export class Lab {
     this.told.set(robot, list);
   }
 
-  /**
-   * What a robot was told, alone and with all others, the newest first.
-   * @param {number} robot
-   */
+  /** What a robot was told, alone and with all others, the newest first.
+   * @param {number} robot */
   told_to(robot) {
     const both = [...(this.told.get(robot) ?? []), ...(this.told.get(everyone) ?? [])];
     return both.sort((a, b) => b.t_us - a.t_us).slice(0, messages_each);
@@ -190,10 +181,8 @@ export class Lab {
     return this.shared && this.shared.period > 0 ? this.shared.stamp_us / this.shared.period : 0;
   }
 
-  /**
-   * How old the robots of a fleet are by now, microseconds of lab time.
-   * @param {GhostFleet} fleet
-   */
+  /** How old the robots of a fleet are by now, microseconds of lab time.
+   * @param {GhostFleet} fleet */
   age_us(fleet) {
     return fleet.age_us + Math.max(0, this.t_us - (this.shared?.stamp_us ?? 0));
   }
@@ -208,18 +197,14 @@ export class Lab {
     return { width: this.arena?.width_m ?? 1, height: this.arena?.height_m ?? 1 };
   }
 
-  /**
-   * A counter of `status`, or undefined.
-   * @param {string} name
-   */
+  /** A counter of `status`, or undefined.
+   * @param {string} name */
   counter(name) {
     return this.status?.counters.find((/** @type {Message} */ c) => c.name === name)?.value;
   }
 
-  /**
-   * What the scenario counts: name and number.
-   * @returns {[string, number][]}
-   */
+  /** What the scenario counts: name and number.
+   * @returns {[string, number][]} */
   counts() {
     return (this.status?.counters ?? []).filter((/** @type {Message} */ c) => c.name.startsWith("counts."))
       .map((/** @type {Message} */ c) => [c.name.slice("counts.".length), Number(c.value)]);

@@ -33,19 +33,15 @@ export class Placement {
     return { x: this.cos * dx + this.sin * dy, y: -this.sin * dx + this.cos * dy };
   }
 
-  /**
-   * First `this`, then `outer`.
-   * @param {Placement} outer
-   */
+  /** First `this`, then `outer`.
+   * @param {Placement} outer */
   then(outer) {
     if (this.flip) throw new Error("only the last placement may flip");
     return new Placement(outer.x(this.shift_x, this.shift_y), outer.y(this.shift_x, this.shift_y), this.scale * outer.scale, this.turn_rad + outer.turn_rad, outer.flip);
   }
 
-  /**
-   * Makes `context` draw in the inner frame's units.
-   * @param {CanvasRenderingContext2D} context
-   */
+  /** Makes `context` draw in the inner frame's units.
+   * @param {CanvasRenderingContext2D} context */
   apply(context) {
     context.transform(this.cos, this.down * this.sin, -this.sin, this.down * this.cos, this.shift_x, this.shift_y);
   }
@@ -54,10 +50,8 @@ export class Placement {
 /** The frame itself. */
 export const identity = new Placement(0, 0, 1, 0);
 
-/**
- * A lab's projection, as `shared` tells it: arena to shared frame.
- * @param {{shift_x_m: number, shift_y_m: number, turn_rad: number, scale: number}} p
- */
+/** A lab's projection, as `shared` tells it: arena to shared frame.
+ * @param {{shift_x_m: number, shift_y_m: number, turn_rad: number, scale: number}} p */
 export function projection(p) {
   return new Placement(p.shift_x_m, p.shift_y_m, p.scale > 0 ? p.scale : 1, p.turn_rad);
 }

@@ -14,19 +14,15 @@ const listed_most = 1000;
 /** Robots, or rows of them, in a sentence. */
 const parts_most = 12;
 
-/**
- * Undefined: unknown.
+/** Undefined: unknown.
  * @param {Message | null} status @param {"phase" | "outcome" | "wanted"} field
- * @returns {string | undefined}
- */
+ * @returns {string | undefined} */
 export function word(status, field) {
   return names[field][status?.[field]];
 }
 
-/**
- * "4, 7-9, 11", as hal/arenas/robot_words.hpp.
- * @param {number[]} ascending
- */
+/** "4, 7-9, 11", as hal/arenas/robot_words.hpp.
+ * @param {number[]} ascending */
 export function robots_words(ascending) {
   const parts = [];
   for (let i = 0; i < ascending.length;) {
@@ -40,10 +36,8 @@ export function robots_words(ascending) {
   return parts.join(", ");
 }
 
-/**
- * Who was not seen to stand, and why, the worst reason first; empty: nobody; undefined: unknown.
- * @param {Message | null} status
- */
+/** Who was not seen to stand, and why, the worst reason first; empty: nobody; undefined: unknown.
+ * @param {Message | null} status */
 export function not_standing_words(status) {
   const all = status?.["not_standing"];
   if (!Array.isArray(all)) return undefined;
@@ -58,18 +52,14 @@ export function not_standing_words(status) {
 /** @type {Record<string, string>} */
 const told = { still: "robots told to stop", asleep: "robots told to sleep", charging: "robots told to charge", showing_voltage: "robots told to show their voltage" };
 
-/**
- * What robots were told, where that is to stand; empty: to run, or unknown.
- * @param {Message | null} status
- */
+/** What robots were told, where that is to stand; empty: to run, or unknown.
+ * @param {Message | null} status */
 export function told_words(status) {
   return told[word(status, "wanted") ?? ""] ?? "";
 }
 
-/**
- * What robots were told and what cameras saw of it; empty: they should run, or unknown.
- * @param {Message | null} status
- */
+/** What robots were told and what cameras saw of it; empty: they should run, or unknown.
+ * @param {Message | null} status */
 export function standing_words(status) {
   const says = told_words(status), not = not_standing_words(status);
   if (!says || not === undefined) return says;
@@ -79,10 +69,8 @@ export function standing_words(status) {
   return `${says}; all robots were seen standing`;
 }
 
-/**
- * Who keeps robots still in an experiment that has begun and goes on; empty: nobody, or unknown.
- * @param {Message | null} status
- */
+/** Who keeps robots still in an experiment that has begun and goes on; empty: nobody, or unknown.
+ * @param {Message | null} status */
 export function keeper(status) {
   const who = status?.["kept_still"] ?? "";
   const runs = word(status, "outcome") === "open" && word(status, "phase") !== "starting";
@@ -94,10 +82,8 @@ export function keeper_words(who) {
   return who === "safety" ? who : who === "lost peer" ? "a lost peer" : `the ${who}`;
 }
 
-/**
- * The sentence that stands above everything while robots are kept still; empty: they are not.
- * @param {string} lab @param {Message | null} status
- */
+/** The sentence that stands above everything while robots are kept still; empty: they are not.
+ * @param {string} lab @param {Message | null} status */
 export function kept_words(lab, status) {
   const who = keeper(status);
   if (!who) return "";
@@ -105,18 +91,14 @@ export function kept_words(lab, status) {
   return `${lab}: robots are held by ${keeper_words(who)}; ${time}; ${standing_words(status)}.`;
 }
 
-/**
- * How a run finished whose messages were mostly lost, with reasons (hal/loss); undefined: nothing was.
- * @param {Message | null} status
- */
+/** How a run finished whose messages were mostly lost, with reasons (hal/loss); undefined: nothing was.
+ * @param {Message | null} status */
 export function loss_words(status) {
   return /^finished; \d[^;]* of \d/.test(status?.["state"] ?? "") ? status?.["state"].split("; robots were told")[0] : undefined;
 }
 
-/**
- * What a lab says of itself. While robots were not seen to stand it does not say that they are paused.
- * @param {Message} status
- */
+/** What a lab says of itself. While robots were not seen to stand it does not say that they are paused.
+ * @param {Message} status */
 export function own_words(status) {
   return not_standing_words(status) ? status["state"].replaceAll("paused", "told to stop") : status["state"];
 }

@@ -3,10 +3,8 @@
 /** Points of all trails together that one lab keeps, so that a thousand robots cost no more than a hundred. */
 const points_of_all = 12_000;
 
-/**
- * How many points each of `robots` trails may have.
- * @param {number} robots
- */
+/** How many points each of `robots` trails may have.
+ * @param {number} robots */
 export function points_each(robots) {
   return Math.max(12, Math.min(240, Math.floor(points_of_all / Math.max(1, robots))));
 }
@@ -26,10 +24,8 @@ export class Trail {
     this.count = 0;
   }
 
-  /**
-   * True when the point was far enough from the last one to be kept.
-   * @param {number} x @param {number} y @param {number} t_us
-   */
+  /** True when the point was far enough from the last one to be kept.
+   * @param {number} x @param {number} y @param {number} t_us */
   add(x, y, t_us) {
     if (this.count > 0) {
       const last = (this.count - 1) % this.points;
@@ -42,10 +38,8 @@ export class Trail {
     return true;
   }
 
-  /**
-   * Serial number of the oldest kept point of that time or later; `count`: there is none.
-   * @param {number} t_us
-   */
+  /** Serial number of the oldest kept point of that time or later; `count`: there is none.
+   * @param {number} t_us */
   since(t_us) {
     let low = this.first, high = this.count;
     while (low < high) {

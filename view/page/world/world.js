@@ -35,17 +35,12 @@ export class World {
     this.rates = [];
     /** What this viewer missed because it was slow. */
     this.replaced = 0;
-    /**
-     * Messages that were not understood: why, and how many.
-     * @type {Map<string, number>}
-     */
+    /** @type {Map<string, number>} Messages that were not understood: why, and how many. */
     this.not_understood = new Map();
   }
 
-  /**
-   * Begins anew with the labs of this server, unless they are the same.
-   * @param {About} about
-   */
+  /** Begins anew with the labs of this server, unless they are the same.
+   * @param {About} about */
   introduce(about) {
     const same = about.labs.join() === this.about.labs.join() && about.mode === this.about.mode && about.run === this.about.run;
     this.about = about;
@@ -55,10 +50,8 @@ export class World {
     if (!same) this.labs = about.labs.map((name, index) => new Lab(index, name));
   }
 
-  /**
-   * Takes a message from the server; false when it changes nothing that is drawn.
-   * @param {Frame} frame
-   */
+  /** Takes a message from the server; false when it changes nothing that is drawn.
+   * @param {Frame} frame */
   take(frame) {
     const lab = this.labs[frame.lab];
     if (!lab) return this.refuse(`there is no lab ${frame.lab} among ${this.labs.length}`);
