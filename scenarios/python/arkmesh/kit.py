@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Kit:
     """The methods of a Lab that create pieces of the kit, in begin() only. Of pieces that robots sense, `noise` is the standard deviation of a
     reading's normal error, in the reading's unit, and `every_s` the seconds between readings, the same for all robots; 0: a reading each
-    frame. A robot missing in a frame keeps its last reading.
+    frame. A robot missing in a frame keeps its last reading. All raise ValueError if an argument is invalid, and RuntimeError after begin().
     """
 
     name: str
@@ -56,11 +56,6 @@ class Kit:
         -------
         Eyes
             Arrays `distance` and `bits`, updated with each frame.
-
-        Raises
-        ------
-        ValueError, RuntimeError
-            If an argument is invalid; after begin().
         """
         sectors = _whole("sectors", sectors, 1, 16)
         if half_planes and around:
@@ -88,11 +83,6 @@ class Kit:
         -------
         Crowd
             Array `count`, updated with each frame.
-
-        Raises
-        ------
-        ValueError, RuntimeError
-            If an argument is invalid; after begin().
         """
         return self._sensor(Crowd, {"piece": "crowd", "range": _number("reach", reach, 1e-6, 1e3), "leds": _leds(leds), "others": bool(others)}, noise, every_s)
 
@@ -123,11 +113,6 @@ class Kit:
         -------
         Trail
             Arrays `value`, `gradient` and `zones`, updated with each frame; `lay()` adds pheromone.
-
-        Raises
-        ------
-        ValueError, RuntimeError
-            If an argument is invalid; after begin().
         """
         asked = {"piece": "trail", "name": _name("a trail", name), "wind": _pair("wind", wind), "zones": None, "full": _number("full", full, 0)}
         if zones is not None:
@@ -163,11 +148,6 @@ class Kit:
         -------
         Region
             Array `inside`, updated with each frame, and `robots`, `stock` and `share` as of the last boundary.
-
-        Raises
-        ------
-        ValueError, RuntimeError
-            If an argument is invalid; after begin().
         """
         if (centre is None) == (corners is None) or (centre is None) != (radius is None):
             raise ValueError("a region needs centre and radius, or corners")
@@ -216,11 +196,6 @@ class Kit:
         -------
         Floor
             Array `level`, updated with each frame.
-
-        Raises
-        ------
-        ValueError, RuntimeError
-            If an argument is invalid; after begin().
         """
         columns, rows = _whole("columns", columns, 1, 1000), _whole("rows", rows, 1, 1000)
         if image is not None:
@@ -256,11 +231,6 @@ class Kit:
         -------
         Towards
             Arrays `bearing` and `distance`, updated with each frame.
-
-        Raises
-        ------
-        ValueError, RuntimeError
-            If an argument is invalid; after begin().
         """
         x, y = _pair("place", place, -1e4, 1e4)
         return self._sensor(Towards, {"piece": "towards", "x": x, "y": y}, noise, every_s, count=2)
@@ -282,11 +252,6 @@ class Kit:
         -------
         Gps
             Arrays `column`, `row` and `heading`, updated with each frame.
-
-        Raises
-        ------
-        ValueError, RuntimeError
-            If an argument is invalid; after begin().
         """
         cells = [_whole(name, n, 1, 65536) for name, n in (("columns", columns), ("rows", rows), ("headings", headings))]
         size = [self.scale * side if given is None else _number(name, given, 1e-6, 1e6)
@@ -314,11 +279,6 @@ class Kit:
         -------
         Light
             Array `level`, updated with each frame.
-
-        Raises
-        ------
-        ValueError, RuntimeError
-            If an argument is invalid; after begin().
         """
         given = []
         for beam in beams:
@@ -351,11 +311,6 @@ class Kit:
         -------
         Voices
             Array `heard`, updated with each frame; `say()` sets what robots send.
-
-        Raises
-        ------
-        ValueError, RuntimeError
-            If an argument is invalid; after begin().
         """
         values = _whole("values", values, 1, 64)
         if (reach is None) == (graph is None):
