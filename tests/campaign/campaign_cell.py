@@ -89,7 +89,7 @@ class Cell:
         hardware = self.arena == "hardware"
         crash = self.out / "crash.c"
         crash.write_text(campaign_files.crashing_program(int(31 * self.pace.period_s * self.pace.fault_at)))
-        (self.out / "emulator.toml").write_text(campaign_files.emulator(self.robots, f'ohc_link = "{self.out}/ohc"\n'))
+        (self.out / "emulator.toml").write_text(campaign_files.emulator(self.robots, f'emulator.ohc_link = "{self.out}/ohc"\n'))
         files = []
         for lab in PORTS:
             own = lab == "roark"

@@ -16,32 +16,13 @@ from campaign_cell import LINE_AWAY_S, Cell, Pace
 ROBOTS, DEAD, SIDE_M, SECONDS = 12, 5, 0.5, 600
 ON_ROBOT_M = 0.012  # a pose that is farther from the robot of its name is that of another
 ROOMS = {  # of the emulator's scene and camera; none was used to train or to set the tracker
-    "bright room": ("arena_grey = 215\nwall_grey = 120\nglare = 0.45\nlight_slope = 0.35\nlight_from_deg = 130\ntexture = 0.02\ncell_brightness = 1.6\ndistractors = true", "noise = 3\nblur_px = 0.8\nroll_deg = -2"),
-    "dim room": ("arena_grey = 150\nwall_grey = 60\nglare = 0.3\nlight_slope = 0.5\nlight_from_deg = 20\ntexture = 0.1\nshadow = 0.5\ncell_radius = 0.7", "noise = 6\nvignetting = 0.3\nx_m = 0.06\ny_m = -0.05"),
-    "blurred room": ("arena_grey = 180\nwall_grey = 90\nglare = 0.5\nlight_slope = 0.2\nlight_from_deg = -80\ndomes = 0.5\ndistractors = true", "noise = 4\nblur_px = 1.6\nroll_deg = 3\nlook_x_m = 0.03")}
-EMULATOR_TEXT = """[emulator]
-frames_per_s = 10.0
-ids = "in_order"
-[[emulator.camera]]
-name = "camera0"
-width_px = 960
-height_px = 720
-z_m = 0.95
-latency_s = 0.15
-distortion = [-0.08, 0.02, 0.0005, -0.0004, 0.0]
-{camera}
-[emulator.scene]
-{scene}
-[arena]
-robots = {robots}
-width_m = {side}
-height_m = {side}
-[arena.ode]
-preset = "measured"
-controller = "{controller}"
-overhead_loss = 0.02
+    "bright room": ("arena_grey = 215, wall_grey = 120, glare = 0.45, light_slope = 0.35, light_from_deg = 130, texture = 0.02, cell_brightness = 1.6, distractors = true", "noise = 3, blur_px = 0.8, roll_deg = -2"),
+    "dim room": ("arena_grey = 150, wall_grey = 60, glare = 0.3, light_slope = 0.5, light_from_deg = 20, texture = 0.1, shadow = 0.5, cell_radius = 0.7", "noise = 6, vignetting = 0.3, x_m = 0.06, y_m = -0.05"),
+    "blurred room": ("arena_grey = 180, wall_grey = 90, glare = 0.5, light_slope = 0.2, light_from_deg = -80, domes = 0.5, distractors = true", "noise = 4, blur_px = 1.6, roll_deg = 3, look_x_m = 0.03")}
+EMULATOR_TEXT = """emulator = {{frames_per_s = 10.0, ids = "in_order", scene = {{{scene}}}, camera = [
+  {{name = "camera0", width_px = 960, height_px = 720, z_m = 0.95, latency_s = 0.15, distortion = [-0.08, 0.02, 0.0005, -0.0004, 0.0], {camera}}}]}}
+arena = {{robots = {robots}, width_m = {side}, height_m = {side}, ode = {{preset = "measured", controller = "{controller}", overhead_loss = 0.02}}}}
 """
-HEAD = '[shared]\nlabs = ["roark"]\nowner = "roark"\n'
 
 
 class RehearsalCell(Cell):
@@ -57,7 +38,8 @@ class RehearsalCell(Cell):
         (self.out / "emulator.toml").write_text(EMULATOR_TEXT.format(camera=camera, scene=scene, robots=ROBOTS, side=SIDE_M, controller=campaign_files.DHTF))
         text = campaign_files.lab("roark", duration_s=self.pace.duration_s, period_s=self.pace.period_s, robots=ROBOTS, out=self.out, patience_s=self.patience_s,
                                   use="kilobot", pace=1.0, side_m=SIDE_M, controller=campaign_files.DHTF)
-        text = text[:text.index("[gateway]")].replace("[run]\n", HEAD + "[run]\n").replace("[arena.kilobot]\n", "[arena.kilobot]\nmay_miss = 1\n") + "latency_ms = 150\n"
+        text = text[:text.index("[gateway]")].replace("kilobot = {", "kilobot = {may_miss = 1, ").replace('testbed.yaml"', 'testbed.yaml", latency_ms = 150')
+        text += 'shared = {labs = ["roark"], owner = "roark"}\n'
         (self.out / "roark.toml").write_text(text)
         return [self.out / "roark.toml"]
 

@@ -43,7 +43,7 @@ class Words(arkmesh.Scenario):
             if os.path.exists("{0}/word%d" % word):
                 return lab.tell(lab.seen, kind=word)
 """
-HEAD = '[shared]\nlabs = ["roark", "shark"]\nowner = "shark"\n'
+HEAD = 'shared = {labs = ["roark", "shark"], owner = "shark"}\n'
 
 
 class WordsCell(Cell):
@@ -62,7 +62,7 @@ class WordsCell(Cell):
         scenario = "words" if self.language == "C++" else "words.py"
         for file in [*files, self.out / "emulator.toml"]:
             text = file.read_text().replace(str(campaign_files.DHTF), str(self.out / "words.c"))
-            file.write_text(re.sub("^include.*\n", HEAD, text).replace("[run]\n", f'[run]\nscenario = "{scenario}"\n'))
+            file.write_text(re.sub("^include.*\n", HEAD, text).replace("run.duration_s", f'run.scenario = "{scenario}"\nrun.duration_s'))
         return files
 
     def tell(self, what):

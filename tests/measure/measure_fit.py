@@ -5,40 +5,14 @@ import tomllib
 
 from lab_processes import PROGRAM, ROOT
 
-EMULATOR = """[emulator]
-ids = "in_order"
-frames_per_s = 10
-[[emulator.camera]]
-name = "camera0"
-width_px = {px}
-height_px = {px}
-z_m = {z}
-latency_s = 0.15
-[emulator.scene]
-glare = {glare}
-[arena]
-width_m = {side}
-height_m = {side}
-robots = {robots}
-[arena.ode]
-preset = "measured"
-controller = "{root}/scenarios/dhtf/controller/dhtf.c"
-robots_file = "hidden.toml"
+EMULATOR = """arena = {{width_m = {side}, height_m = {side}, robots = {robots}, ode.preset = "measured", ode.robots_file = "hidden.toml", ode.controller = "{root}/scenarios/dhtf/controller/dhtf.c"}}
+emulator = {{ids = "in_order", frames_per_s = 10, scene.glare = {glare}, event = [{event}], camera = [
+  {{name = "camera0", width_px = {px}, height_px = {px}, z_m = {z}, latency_s = 0.15}}]}}
 """
-LAB = """[lab]
-name = "roark"
-[run]
-scenario = "light_up"
-[arena]
-use = "emulated"
-width_m = {side}
-height_m = {side}
-robots = {robots}
-emulated.file = "emulator.toml"
-[[arena.kilobot.cameras]]
-source = "0"
-calibration = "testbed.yaml"
-latency_ms = 150
+LAB = """lab.name = "roark"
+run.scenario = "light_up"
+arena = {{use = "emulated", width_m = {side}, height_m = {side}, robots = {robots}, emulated.file = "emulator.toml", kilobot.cameras = [
+  {{source = "0", calibration = "testbed.yaml", latency_ms = 150}}]}}
 """
 SLOW, TAKEN = 2, 1  # robots that hardly move; robots that are taken away
 
@@ -53,11 +27,9 @@ def fitted(bench, folder, robots, seconds, seed, side, px, glare):
     """The hidden robots, those of the file that `arkmesh fit robots` writes in the folder, what it said and that file."""
     truth = hidden(robots, seed)
     folder.joinpath("hidden.toml").write_text("\n".join("[[robot]]\n" + "\n".join(f"{key} = {value}" for key, value in robot.items()) for robot in truth))
-    about = {"robots": robots, "side": side, "px": px, "z": 1.6 * side, "glare": glare, "root": ROOT}
-    text = EMULATOR.format(**about)
-    if robots >= 10:
-        text += f'[[emulator.event]]\nat_s = 60\ndo = "robot {robots - TAKEN} take"\n'
-    folder.joinpath("emulator.toml").write_text(text)
+    taken = f'{{at_s = 60, do = "robot {robots - TAKEN} take"}}' if robots >= 10 else ""
+    about = {"robots": robots, "side": side, "px": px, "z": 1.6 * side, "glare": glare, "event": taken, "root": ROOT}
+    folder.joinpath("emulator.toml").write_text(EMULATOR.format(**about))
     folder.joinpath("lab.toml").write_text(LAB.format(**about))
     bench.say(PROGRAM, "emulator", "emulator.toml", "--calibration", "testbed.yaml", "--offline", "--seconds", 0.1, cwd=folder)
     said = bench.say(PROGRAM, "fit", "robots", "lab.toml", "--seconds", seconds, "--out", "robots.toml", cwd=folder)
@@ -93,17 +65,9 @@ def fit_hidden(bench):
     return met, value, "5 %, 95 %, 3 deg; 5 deg, 0.7 to 1.5"
 
 
-WALK = """[lab]
-name = "roark"
-[run]
-scenario = "light_up"
-[arena]
-use = "ode"
-width_m = 1.2
-height_m = 1.2
-robots = 20
-[arena.ode]
-controller = "{root}/hal/platforms/kilobot/firmware/fit_robots.c"
+WALK = """lab.name = "roark"
+run.scenario = "light_up"
+arena = {{use = "ode", width_m = 1.2, height_m = 1.2, robots = 20, ode.controller = "{root}/hal/platforms/kilobot/firmware/fit_robots.c"}}
 """
 
 

@@ -4,34 +4,27 @@ import shutil
 from lab_processes import ROOT, Failed
 
 ROUNDS = 3
-LAB = """
-[lab]
-name = "{name}"
-[run]
-scenario = "light_up"
-duration_s = {seconds}
-[gate]
-period_s = 1
-[shared]
-labs = [{labs}]
-[arena]
-robots = 12
-width_m = 0.5
-height_m = 0.5
-[arena.ode]
-controller = "{program}"
-solver = "{solver}"
+LAB = """lab.name = "{name}"
+run = {{scenario = "{scenario}", duration_s = {seconds}}}
+gate.period_s = 1
+shared.labs = {labs}
+arena = {{robots = {robots}, width_m = {side_m}, height_m = {side_m}, ode = {{controller = "{program}", solver = "{solver}"}}}}
 """
+
+
+def lab_files(folder, names, seconds, scenario="light_up", robots=12, side_m=0.5, solver="ode"):
+    """Of labs that run in one process."""
+    files = [folder / f"{scenario.removesuffix('.py')}_{name}.toml" for name in names]
+    for name, file in zip(names, files):
+        file.write_text(LAB.format(name=name, seconds=seconds, labs=str(names).replace("'", '"'), scenario=scenario, robots=robots, side_m=side_m, solver=solver,
+                                   program=ROOT / "experiments/light_up/light_up.c"))
+    return files
 
 
 def run_labs(bench, number, solver="ode"):
     """light_up of so many labs of 12 robots, a period of 1 s, in one process: (simulated seconds in one of the wall, CPU seconds, peak MB)."""
     folder, seconds, names = bench.folder(), 4800 // number, [f"l{i:02}" for i in range(number)]
-    files = [folder / f"{name}.toml" for name in names]
-    for name, file in zip(names, files):
-        file.write_text(LAB.format(name=name, seconds=seconds, labs=", ".join(f'"{n}"' for n in names), solver=solver,
-                                   program=ROOT / "experiments/light_up/light_up.c"))
-    run = bench.run(*files, "--set", "view.use=false")
+    run = bench.run(*lab_files(folder, names, seconds, solver=solver), "--set", "view.use=false")
     return run["wall"]["speed"], run["cpu_s"] / seconds, run["peak_mb"]
 
 
@@ -93,10 +86,7 @@ def kit_sensors(bench):
     folder, robots, seconds, speed = bench.folder(), 500, 20, {}
     for name, text in {"five": KIT, "none": "import arkmesh\nclass Nothing(arkmesh.Scenario):\n    def frame(self, lab):\n        lab.tell(lab.seen, kind=1, value=lab.ids % 2)\n"}.items():
         (folder / f"{name}.py").write_text(text)
-        files = [folder / f"{name}_{lab}.toml" for lab in "ab"]
-        for lab, file in zip("ab", files):
-            file.write_text(LAB.format(name=lab, seconds=seconds, labs='"a", "b"', solver="ode", program=ROOT / "experiments/light_up/light_up.c")
-                            .replace('"light_up"', f'"{name}.py"').replace("robots = 12", f"robots = {robots}").replace("_m = 0.5", "_m = 3.2"))
+        files = lab_files(folder, ["a", "b"], seconds, f"{name}.py", robots, 3.2)
         speed[name] = max(bench.run(*files, "--set", "view.use=false")["wall"]["speed"] for _ in range(ROUNDS))
     each_us = 1e6 * (1 / speed["five"] - 1 / speed["none"]) / (2 * robots * 10)
     alone = bench.say(bench.built("bench_kit")).split()
