@@ -1,10 +1,8 @@
 // Colours of everything that is drawn, for light and dark grounds. Those of meanings and LEDs come from colours.json, which the program reads too.
 
-/**
- * @typedef {{light: string, dark: string, pattern: "plain"|"stripes"|"dots"|"cross", means: string}} Meaning
- * @typedef {{fill_opacity: number, raster_opacity: number, leds: {light: string[], dark: string[]}, colours: Record<string, Meaning>}} Table
- * @typedef {{page: string, ground: string, grid: string, wall: string, solid: string, object: string, body: string, ink: string, halo: string, pick: string, trail: string}} Inks
- */
+/** @typedef {{light: string, dark: string, pattern: "plain"|"stripes"|"dots"|"cross", means: string}} Meaning */
+/** @typedef {{fill_opacity: number, raster_opacity: number, leds: {light: string[], dark: string[]}, colours: Record<string, Meaning>}} Table */
+/** @typedef {{page: string, ground: string, grid: string, wall: string, solid: string, object: string, body: string, ink: string, halo: string, pick: string, trail: string}} Inks */
 
 /** @type {{light: Inks, dark: Inks}} */
 const inks = {

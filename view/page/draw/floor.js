@@ -1,11 +1,9 @@
 // Draws what lies still in an arena: ground, grid, camera picture, walls, obstacles. A function of the lab's state and a placement only.
 
-/**
- * @typedef {import("../world/lab.js").Lab} Lab
- * @typedef {import("../world/placement.js").Placement} Placement
- * @typedef {import("./colours.js").Colours} Colours
- * @typedef {CanvasRenderingContext2D} Context
- */
+/** @typedef {import("../world/lab.js").Lab} Lab */
+/** @typedef {import("../world/placement.js").Placement} Placement */
+/** @typedef {import("./colours.js").Colours} Colours */
+/** @typedef {CanvasRenderingContext2D} Context */
 
 /** Lines of the grid are this far apart, metres. */
 export const grid_m = 0.1;

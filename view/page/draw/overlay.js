@@ -3,13 +3,11 @@ import { path } from "./floor.js";
 import { draw_label, label } from "./label.js";
 import { Places, place_label, sites_of } from "./label_place.js";
 
-/**
- * @typedef {CanvasRenderingContext2D} Context
- * @typedef {import("../world/placement.js").Placement} Placement
- * @typedef {import("./colours.js").Colours} Colours
- * @typedef {import("../wire/lcm.js").Message} Message
- * @typedef {{words: string, colour: string, place: import("./label_place.js").Box}} PlacedWords
- */
+/** @typedef {CanvasRenderingContext2D} Context */
+/** @typedef {import("../world/placement.js").Placement} Placement */
+/** @typedef {import("./colours.js").Colours} Colours */
+/** @typedef {import("../wire/lcm.js").Message} Message */
+/** @typedef {{words: string, colour: string, place: import("./label_place.js").Box}} PlacedWords */
 
 /** Height of words, CSS pixels. */
 const words_px = 11;

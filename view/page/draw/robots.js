@@ -3,13 +3,11 @@ import { label } from "./label.js";
 import { Places, place_beside } from "./label_place.js";
 import { solid_path } from "./floor.js";
 
-/**
- * @typedef {CanvasRenderingContext2D} Context
- * @typedef {import("../world/lab.js").Lab} Lab
- * @typedef {import("../world/placement.js").Placement} Placement
- * @typedef {import("./sprites.js").Sprites} Sprites
- * @typedef {{lab: string, id: number}} Pick lab: its name among labs
- */
+/** @typedef {CanvasRenderingContext2D} Context */
+/** @typedef {import("../world/lab.js").Lab} Lab */
+/** @typedef {import("../world/placement.js").Placement} Placement */
+/** @typedef {import("./sprites.js").Sprites} Sprites */
+/** @typedef {{lab: string, id: number}} Pick lab: its name among labs */
 
 /** The height of digits beside that of their line, and the room beside the widest, of a label. */
 const digit_height = 0.8, beside_words = 0.5;
@@ -76,10 +74,8 @@ export function draw_robots(c, lab, p, sprites, px, rings) {
   }
 }
 
-/**
- * @typedef {{words: string, x: number, y: number, radius: number, opacity: number, ghost: boolean}} Named a robot whose body is large enough for an id; pixels
- * @typedef {Named & {box: import("./label_place.js").Box}} Name where its id lies
- */
+/** @typedef {{words: string, x: number, y: number, radius: number, opacity: number, ghost: boolean}} Named a robot whose body is large enough for an id; pixels */
+/** @typedef {Named & {box: import("./label_place.js").Box}} Name where its id lies */
 
 /** Robots that are to have a name, those of this lab first, for their names get their places first.
  * @param {Lab} lab @param {Placement} p @param {number} px @param {Map<string, number>} sizes by lab @param {boolean} ghosts those, too

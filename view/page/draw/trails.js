@@ -1,10 +1,8 @@
 // Draws trails: all of them, older parts fainter, or only what came since the last time.
 
-/**
- * @typedef {import("../world/trail.js").Trail} Trail
- * @typedef {import("../world/placement.js").Placement} Placement
- * @typedef {CanvasRenderingContext2D} Context
- */
+/** @typedef {import("../world/trail.js").Trail} Trail */
+/** @typedef {import("../world/placement.js").Placement} Placement */
+/** @typedef {CanvasRenderingContext2D} Context */
 
 /** Opacities, of the oldest part first. */
 const shades = [0.08, 0.16, 0.28, 0.45];

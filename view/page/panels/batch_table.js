@@ -3,10 +3,8 @@
 /** Columns of runs.csv that are no results. */
 const no_results = new Set(["state", "why", "final_hash", "periods", "duration_s"]);
 
-/**
- * @typedef {{name: string, columns: string[], factors: number, rows: {run: number | null, cells: string[]}[]}} Table
- * @typedef {{settings: string[], runs: Map<string, {run: number | null, cells: string[]}>}} Row
- */
+/** @typedef {{name: string, columns: string[], factors: number, rows: {run: number | null, cells: string[]}[]}} Table */
+/** @typedef {{settings: string[], runs: Map<string, {run: number | null, cells: string[]}>}} Row */
 
 /** A batch's table as a grid.
  * @param {Table} table */

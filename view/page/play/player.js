@@ -1,9 +1,7 @@
 // Plays a recorded run: keeps the time, asks the server ahead for what comes, and hands out each frame when its time has come.
 
-/**
- * @typedef {import("../wire/wire.js").Frame} Frame
- * @typedef {{send: (message: object) => boolean, show: (frame: Frame) => void, jumped: () => void}} Out jumped: everything before is wrong now
- */
+/** @typedef {import("../wire/wire.js").Frame} Frame */
+/** @typedef {{send: (message: object) => boolean, show: (frame: Frame) => void, jumped: () => void}} Out jumped: everything before is wrong now */
 
 /** Moments that are drawn per second of wall time. */
 const moments_per_s = 30;

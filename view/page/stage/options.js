@@ -1,8 +1,6 @@
 // What the user chose to see: one object that controls write and drawing reads.
 
-/**
- * @typedef {{a: import("../world/placement.js").Point, b: import("../world/placement.js").Point, words: string}} Ruler in device pixels
- */
+/** @typedef {{a: import("../world/placement.js").Point, b: import("../world/placement.js").Point, words: string}} Ruler in device pixels */
 
 export class Options {
   constructor() {

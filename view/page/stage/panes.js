@@ -1,11 +1,9 @@
 // Divides the stage among labs: each in a pane of its own, or all in one, in the shared frame. Each pane keeps its view.
 import { View } from "./view.js";
 
-/**
- * @typedef {import("../world/lab.js").Lab} Lab
- * @typedef {import("./view.js").Rectangle} Rectangle
- * @typedef {import("../draw/scene.js").Pane & {key: string, view: View}} ViewedPane
- */
+/** @typedef {import("../world/lab.js").Lab} Lab */
+/** @typedef {import("./view.js").Rectangle} Rectangle */
+/** @typedef {import("../draw/scene.js").Pane & {key: string, view: View}} ViewedPane */
 
 export class Panes {
   constructor() {

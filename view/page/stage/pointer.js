@@ -2,11 +2,9 @@
 import { find } from "../draw/robots.js";
 import { distance_words } from "../words.js";
 
-/**
- * @typedef {import("./stage.js").Stage} Stage
- * @typedef {import("../world/placement.js").Point} Point
- * @typedef {import("./panes.js").ViewedPane} ViewedPane
- */
+/** @typedef {import("./stage.js").Stage} Stage */
+/** @typedef {import("../world/placement.js").Point} Point */
+/** @typedef {import("./panes.js").ViewedPane} ViewedPane */
 
 /** A press that moves less than this is a click, CSS pixels. */
 const click_px = 5;

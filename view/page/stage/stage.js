@@ -5,12 +5,10 @@ import { add_to_trails } from "../draw/trails.js";
 import { find } from "../draw/robots.js";
 import { draw_caption, floor_layer, robot_layer, trail_layer, within } from "../draw/scene.js";
 
-/**
- * @typedef {import("../world/lab.js").Lab} Lab
- * @typedef {import("../world/world.js").World} World
- * @typedef {import("./options.js").Options} Options
- * @typedef {import("../draw/camera_picture.js").CameraPicture} CameraPicture
- */
+/** @typedef {import("../world/lab.js").Lab} Lab */
+/** @typedef {import("../world/world.js").World} World */
+/** @typedef {import("./options.js").Options} Options */
+/** @typedef {import("../draw/camera_picture.js").CameraPicture} CameraPicture */
 
 /** Trails are drawn whole so often, so that they fade, in this share of their length or milliseconds; in between only what is new. */
 const whole_trails_ms = 2000, whole_trails_share = 1 / 16;

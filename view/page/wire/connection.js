@@ -1,10 +1,8 @@
 // The way to the server: one WebSocket, opened again when it breaks. Knows the shape of frames, not what they mean.
 import { frames_in, parse_frame } from "./wire.js";
 
-/**
- * @typedef {import("./wire.js").Frame} Frame
- * @typedef {{frame: (frame: Frame) => void, text: (name: string, value: any) => void, any: () => void, state: (open: boolean, why: string) => void}} Listener any: something came, whatever it is
- */
+/** @typedef {import("./wire.js").Frame} Frame */
+/** @typedef {{frame: (frame: Frame) => void, text: (name: string, value: any) => void, any: () => void, state: (open: boolean, why: string) => void}} Listener any: something came, whatever it is */
 
 /** Wait before the first, second, ... attempt to connect again, milliseconds. */
 const waits_ms = [200, 400, 800, 1600, 3000];

@@ -2,13 +2,11 @@
 // Every count is checked against the bytes that are left, so that bytes from outside cannot make it allocate or loop without end.
 import { counted } from "../words.js";
 
-/**
- * @typedef {{name: string, type: string, dims?: (string|number)[], comment?: string}} Field
- * @typedef {{fingerprint: string, comment?: string, fields: Field[]}} Type
- * @typedef {Record<string, any>} Message
- * @typedef {{type: string, value: Message}} Decoded
- * @typedef {(reader: Reader) => any} Decode
- */
+/** @typedef {{name: string, type: string, dims?: (string|number)[], comment?: string}} Field */
+/** @typedef {{fingerprint: string, comment?: string, fields: Field[]}} Type */
+/** @typedef {Record<string, any>} Message */
+/** @typedef {{type: string, value: Message}} Decoded */
+/** @typedef {(reader: Reader) => any} Decode */
 
 /** Why bytes were not understood, in words. */
 export class DecodeError extends Error {}

@@ -4,15 +4,13 @@ import { DecodeError } from "../wire/lcm.js";
 import { Trail, points_each } from "./trail.js";
 import { identity, projection } from "./placement.js";
 
-/**
- * @typedef {{id: number, x: number, y: number, heading: number, led: number, confidence: number, age_us: number}} Robot arena frame: metres, radians
- * @typedef {{lab: string, id: number, x: number, y: number, heading: number, led: number}} Ghost in this lab's arena frame
- * @typedef {{lab: string, age_us: number, robots: Ghost[]}} GhostFleet age when it was merged, microseconds of lab time
- * @typedef {{t_us: number, slot: number, kind: string, value: string}} ToRobot
- * @typedef {{t_us: number, count: number, bytes: Uint8Array}} Newest
- * @typedef {{name: string, width_px: number, height_px: number, arena_to_px: number[]}} Camera
- * @typedef {import("../wire/lcm.js").Message} Message
- */
+/** @typedef {{id: number, x: number, y: number, heading: number, led: number, confidence: number, age_us: number}} Robot arena frame: metres, radians */
+/** @typedef {{lab: string, id: number, x: number, y: number, heading: number, led: number}} Ghost in this lab's arena frame */
+/** @typedef {{lab: string, age_us: number, robots: Ghost[]}} GhostFleet age when it was merged, microseconds of lab time */
+/** @typedef {{t_us: number, slot: number, kind: string, value: string}} ToRobot */
+/** @typedef {{t_us: number, count: number, bytes: Uint8Array}} Newest */
+/** @typedef {{name: string, width_px: number, height_px: number, arena_to_px: number[]}} Camera */
+/** @typedef {import("../wire/lcm.js").Message} Message */
 
 /** Parts that a frame may have: a thousand robots each. */
 const parts_most = 1000;
