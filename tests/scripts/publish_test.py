@@ -1,4 +1,6 @@
 """`arkmesh publish`: what a crate holds and what it leaves out, that it is repeated from, and that its page replays the run from a file."""
+import base64
+import gzip
 import json
 import pathlib
 import re
@@ -56,6 +58,15 @@ class Publish(unittest.TestCase):
         with zipfile.ZipFile(f"{self.crate}.zip") as packed:
             self.assertLessEqual(files, set(packed.namelist()))
         self.assertIn("orcid: https://orcid.org/0000-0002-1825-0097", (self.crate / "CITATION.cff").read_text())
+
+    def test_a_region_goes_along(self):
+        """The page replays a polygon that the scenario draws."""
+        for words in (["run", ROOT / "experiments/pieces/a.toml", "--set", "scenario.pieces.piece=region", "--seconds", "4", "--out", self.folder / "region"],
+                      ["publish", self.folder / "region", *CITED, "--out", self.folder / "region-crate"]):
+            done = called(*words)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        packed = re.search(r"[A-Za-z0-9+/=]{5000,}", (self.folder / "region-crate/replay.html").read_text())[0]
+        self.assertIn(b'"close":1', gzip.decompress(base64.b64decode(packed)))
 
     def test_nothing_secret_goes_along(self):
         """Neither addresses nor this computer's name nor its folders are in any file."""
