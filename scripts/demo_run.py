@@ -12,7 +12,7 @@ import sys
 import time
 
 from joined_networks import HALL, join_at_server, join_by_tls, joined_networks, nats_server, networks_behind_routers, server_text
-from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, begin, end_with_parent, join_hashes, join_results, link_losses, ready
+from lab_processes import PROGRAM, ROOT, Failed, LabProcesses, begin, end_all, end_with_parent, join_hashes, join_results, link_losses, ready
 
 LABS = [ROOT / "experiments/dhtf/shark.toml", ROOT / "experiments/dhtf/roark.toml"]
 # With --emulated roark is a testbed of Kilobots: the lab's cameras and overhead controller are those of an emulated testbed, a process of its own.
@@ -131,10 +131,8 @@ def run_hybrid(arguments, program=PROGRAM):
     process = subprocess.Popen([str(word) for word in command], stdin=subprocess.DEVNULL, preexec_fn=end_with_parent)
     try:
         code = process.wait()
-    except BaseException:
-        process.terminate()
-        process.wait()
-        raise
+    finally:
+        end_all([process])
     if code != 0:
         raise Failed(f"The labs have not finished (exit code {code}); see above.")
     show(json.loads((out / "result.json").read_text()), out)

@@ -112,6 +112,10 @@ class Cell:
         except Failed as failure:
             raise Failed(f"{failure}; roark: {self.said()[-300:].strip()} shark: {self.said('shark')[-300:].strip()}") from None
 
+    def wrong_if(self, broken, sentence):
+        if broken:
+            self.problems.append(sentence)
+
     def process(self, lab="roark"):
         return self.labs.processes["lab", lab]
 
@@ -228,8 +232,7 @@ class Cell:
                  "second lab": ("lab", self.out / "roark.toml", "--out", self.out / "second")}[who]
         with contextlib.suppress(subprocess.TimeoutExpired):
             code, said = self.command(*words, limit_s=8)
-            if code == 0 or "arkmesh-guard" not in said:
-                self.problems.append(f"{who} ends with {code} and does not say who tells the robots to stand: {said.strip()[-200:]}")
+            self.wrong_if(code == 0 or "arkmesh-guard" not in said, f"{who} ends with {code} and does not say who tells the robots to stand: {said.strip()[-200:]}")
 
     def hang(self, what):
         """The lab stands still, for so long that its robots are told to stand, or for the fault's time."""
@@ -239,8 +242,7 @@ class Cell:
         time.sleep(seconds)
         if what in ("pause", "stop"):
             code, said = self.command(what, self.out / "roark.toml", limit_s=60)
-            if code != 1 or "hangs" not in said:
-                self.problems.append(f"{what} to a lab that hangs ends with {code} and says: {said.strip()[-200:]}")
+            self.wrong_if(code != 1 or "hangs" not in said, f"{what} to a lab that hangs ends with {code} and says: {said.strip()[-200:]}")
         if seconds > HUNG_S:
             self.judge_stillness(began + HUNG_S + 0.5 - STAND_WITHIN_S)
         process.send_signal(signal.SIGKILL if what in ("stop", "SIGKILL") else signal.SIGCONT)
@@ -351,16 +353,13 @@ class Cell:
             self.figures["lab_away_ms"] = away_ms
         if code == 4 and wanted == campaign_promises.EXIT_CODES["stopped"] and result.get("not_standing"):
             wanted = 4  # its cameras did not see robots stand in time; whether they do, the emulator's record says
-        if code != wanted:
-            self.problems.append(f"{lab} ended with code {code} instead of {wanted}: {self.labs.last_words('lab', lab)[:200]}")
+        self.wrong_if(code != wanted, f"{lab} ended with code {code} instead of {wanted}: {self.labs.last_words('lab', lab)[:200]}")
         state, wanted = result.get("state", "no result"), "running" if end == "killed" else end
         # another lab has been started beside it; where there is no terminal, it was refused before
         wanted = end if self.fault == "second lab in vain, line away" and lab == "roark" else wanted
-        if state != wanted and not (state == "finished" and self.promise.may_be_finished):
-            self.problems.append(f"the result of {lab} says {state} instead of {wanted}")
+        self.wrong_if(state != wanted and not (state == "finished" and self.promise.may_be_finished), f"the result of {lab} says {state} instead of {wanted}")
         words = f"{self.said(lab)}\n{result.get('ended', '')}\n{self.waits if lab == 'roark' else ''}"
-        if says and not re.search(says, words):
-            self.problems.append(f"{lab} does not say /{says}/ but: {str(result.get('ended') or self.labs.last_words('lab', lab))[:200]}")
+        self.wrong_if(says and not re.search(says, words), f"{lab} does not say /{says}/ but: {str(result.get('ended') or self.labs.last_words('lab', lab))[:200]}")
         if (end == "finished" or self.fault == "full disk") and self.arena == "simulated" and result.get("final_hash") not in (self.hash, None):
             self.problems.append(f"{lab} has hash {result['final_hash']} instead of {self.hash}")
 
@@ -376,15 +375,13 @@ class Cell:
             worlds = 0
             self.problems.append(f"no recording ({error.strerror})")
         least = 1 if self.phase == "waiting at 0" else self.pace.fault_at
-        if self.fault != "disk full" and 0 < worlds < least:
-            self.problems.append(f"the recording holds {worlds} states of at least {least}")
+        self.wrong_if(self.fault != "disk full" and 0 < worlds < least, f"the recording holds {worlds} states of at least {least}")
 
     def judge_next_start(self):
         """After a kill the next start beside it marks the result."""
         with contextlib.suppress(FileNotFoundError, ValueError):
             process = json.loads((self.folders["roark"] / "result.json").read_text()).get("process", {})
-            if process.get("pid") != self.process().pid:
-                self.problems.append(f"result.json of the killed lab names process {process.get('pid')}, not {self.process().pid}")
+            self.wrong_if(process.get("pid") != self.process().pid, f"result.json of the killed lab names process {process.get('pid')}, not {self.process().pid}")
         killed = self.process()
         again = self.folders["roark"].with_name("roark-again")
         self.labs.start("lab", "roark", again)

@@ -254,8 +254,7 @@ class LinkCell(LinkFaults, Cell):
         downs = [shown_down(*pair) for pair in self.alive()]
         known = [down for down in downs if down is not None]
         self.figures["down_s"] = round(max(known), 2) if known else None
-        if self.about.down and len(known) < len(downs):
-            self.problems.append("an end of the link did not show it as down")
+        self.wrong_if(self.about.down and len(known) < len(downs), "an end of the link did not show it as down")
         if self.about.down is False and known:
             self.problems.append(f"the link was shown as down after {min(known):.1f} s")
         if self.about.down and known and max(known) - late_s > (down_s := SERVER_DOWN_S if self.kind == "nats" else DOWN_S):
@@ -271,8 +270,7 @@ class LinkCell(LinkFaults, Cell):
         with contextlib.suppress(Failed):
             self.until(60, grown, "")
         self.figures["counter"] = ", ".join(f"{name} {number}" for name, number in sorted(grown().items()))
-        if not grown():
-            self.problems.append(f"no counter /{pattern}/ grew")
+        self.wrong_if(not grown(), f"no counter /{pattern}/ grew")
 
     def judge_others(self, began, ended):
         """lynx notices nothing; marks are neither lost nor repeated; gateways live and have not grown."""
@@ -283,14 +281,12 @@ class LinkCell(LinkFaults, Cell):
                 self.problems.append(f"the link with lynx was disturbed: {pause:.1f} s without data")
         if "gateway killed" not in self.fault:
             for way in WAYS:
-                if wrong := self.marks.out_of_order(way):
-                    self.problems.append(f"{wrong} ordered messages from {way[0]} to {way[1]} are lost or repeated")
+                wrong = self.marks.out_of_order(way)
+                self.wrong_if(wrong, f"{wrong} ordered messages from {way[0]} to {way[1]} are lost or repeated")
         for lab in PORTS:
-            if self.gateway(lab).poll() is not None:
-                self.problems.append(f"the gateway of {lab} has ended: {self.labs.last_words('gateway', lab)}")
+            self.wrong_if(self.gateway(lab).poll() is not None, f"the gateway of {lab} has ended: {self.labs.last_words('gateway', lab)}")
         self.figures["growth_mib"] = round(max(self.peaks.values(), default=0), 1)
-        if self.figures["growth_mib"] > GROWTH_MIB:
-            self.problems.append(f"a gateway grew by {self.figures['growth_mib']} MiB: {self.peaks}")
+        self.wrong_if(self.figures["growth_mib"] > GROWTH_MIB, f"a gateway grew by {self.figures['growth_mib']} MiB: {self.peaks}")
 
     def play(self):
         for lab in PORTS:
@@ -306,8 +302,7 @@ class LinkCell(LinkFaults, Cell):
         time.sleep(1)
         self.began, self.delays = time.monotonic(), self.run_delays()
         returned = self.do_fault()
-        if not self.lives():
-            self.problems.append("the run had ended before the fault was over")
+        self.wrong_if(not self.lives(), "the run had ended before the fault was over")
         self.judge_link(self.began, returned)
         self.judge_counter(self.began)
         self.hurry.set()

@@ -160,8 +160,7 @@ class LinkFaults:
 
     def must_close(self, what, data, **how):
         came, closed = strangers.send(LISTENS, data, 20, **how)
-        if not closed:
-            self.problems.append(f"a connection with {what} is not closed within 20 s")
+        self.wrong_if(not closed, f"a connection with {what} is not closed within 20 s")
         return came
 
     def send_garbage(self):
@@ -183,8 +182,7 @@ class LinkFaults:
                         each.sendall(bytes([byte]))
                 time.sleep(1)
             left = sum(not strangers.until_closed(each, 0.001)[1] for each in idle)
-            if left > 16:
-                self.problems.append(f"{left} of {number} idle connections are open after 6 s")
+            self.wrong_if(left > 16, f"{left} of {number} idle connections are open after 6 s")
 
     def exhaust_descriptors(self):
         pid = self.gateway("shark").pid
@@ -200,8 +198,7 @@ class LinkFaults:
         began = time.monotonic()
         while not (came := strangers.send(LISTENS, strangers.hello("raven"), 2, **self.as_raven())[0]) and time.monotonic() < began + 20:
             time.sleep(0.2)
-        if not came:
-            self.problems.append("a gateway whose descriptors were exhausted answers no hello within 20 s")
+        self.wrong_if(not came, "a gateway whose descriptors were exhausted answers no hello within 20 s")
 
     def show_certificate(self):
         if self.fault == "certificate of another lab":
@@ -215,12 +212,10 @@ class LinkFaults:
             self.until(300, lambda: self.is_up("shark", "raven"), "the link with raven")
             if self.fault == "certificate expired":
                 self.until(300, lambda: self.views["raven"][-1][2].get("session.opened"), "what raven counts")
-                if self.views["shark"][-1][2].get("certificate.days_left") != 0:
-                    self.problems.append("`certificate.days_left` of a certificate that has ended is not 0")
+                self.wrong_if(self.views["shark"][-1][2].get("certificate.days_left") != 0, "`certificate.days_left` of a certificate that has ended is not 0")
                 return
             call(self.program, "keys", "revoke", "raven", "--keys", self.keys("shark"))
             began = time.monotonic()
             self.until(300, lambda: not self.is_up("shark", "raven"), "the end of the revoked lab's link")
-            if time.monotonic() - began - self.late_s() > 1:
-                self.problems.append(f"a revoked lab's link is cut after {time.monotonic() - began:.1f} s")
+            self.wrong_if(time.monotonic() - began - self.late_s() > 1, f"a revoked lab's link is cut after {time.monotonic() - began:.1f} s")
             self.until(300, lambda: self.count("shark", "session.refused.certificate_revoked") > 0, "the refusal")

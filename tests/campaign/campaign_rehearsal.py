@@ -91,12 +91,9 @@ class RehearsalCell(Cell):
         named = {robot for _, robot in judged}
         walked = max(math.dist(places[0][robot], places[-1][robot]) for robot in named)
         self.figures.update(poses=len(judged), wrong=sum(wrong.values()), named=len(named), seen_percent=round(100 * len(judged) / (len(frames) * (ROBOTS - 1)), 1), walked_m=round(walked, 3))
-        if wrong:
-            self.problems.append(f"{sum(wrong.values())} of {len(judged)} poses are those of another robot: {dict(wrong)}")
-        if named != set(range(ROBOTS)) - {DEAD}:
-            self.problems.append(f"named in the record are {sorted(named)}")
-        if walked < 0.05:
-            self.problems.append("no robot has walked 5 cm")
+        self.wrong_if(wrong, f"{sum(wrong.values())} of {len(judged)} poses are those of another robot: {dict(wrong)}")
+        self.wrong_if(named != set(range(ROBOTS)) - {DEAD}, f"named in the record are {sorted(named)}")
+        self.wrong_if(walked < 0.05, "no robot has walked 5 cm")
         result = json.loads((self.folders["roark"] / "result.json").read_text())
         self.figures["tasks"] = result["counts"]
         self.figures["followed"] = result["notes"][-1] if result["notes"] else ""

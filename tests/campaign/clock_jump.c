@@ -4,7 +4,6 @@
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/time.h>
 #include <time.h>
 
 static int real_clock(clockid_t clock, struct timespec* out) {
@@ -32,15 +31,6 @@ int clock_gettime(clockid_t clock, struct timespec* out) {
   const int result = real_clock(clock, out);
   if (result == 0 && (clock == CLOCK_REALTIME || clock == CLOCK_REALTIME_COARSE)) out->tv_sec += jump_s();
   return result;
-}
-
-int gettimeofday(struct timeval* restrict out, void* restrict zone) {
-  struct timespec now;
-  (void)zone;
-  clock_gettime(CLOCK_REALTIME, &now);
-  out->tv_sec = now.tv_sec;
-  out->tv_usec = now.tv_nsec / 1000;
-  return 0;
 }
 
 time_t time(time_t* out) {
