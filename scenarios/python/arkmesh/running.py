@@ -18,7 +18,7 @@ from .scenario import Scenario
 from .session import Failed, Session, fail, serve
 
 
-def arguments_of(scenario, labs, seconds, settings, out):
+def arguments_of(scenario, labs, seconds, settings, out, seed=None):
     """What `arkmesh run` is given, the folder, and a class if the scenario is one."""
     if not isinstance(scenario, type) and str(scenario).endswith(".toml"):
         scenario, labs = None, (scenario, *labs)
@@ -39,6 +39,8 @@ def arguments_of(scenario, labs, seconds, settings, out):
     sets = [word for key, value in settings.items() for word in ("--set", f"{key}={json.dumps(value, default=plain)}")]
     if seconds is not None:
         sets += ["--seconds", str(seconds)]
+    if seed is not None:
+        sets += ["--seed", str(seed)]
     return ["run", *map(os.fspath, labs), "--out", str(folder), *sets], folder, cls
 
 
@@ -93,9 +95,7 @@ def run(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, os.
     TypeError
         If no lab is named, or the scenario is neither a class nor a file.
     """
-    arguments, folder, cls = arguments_of(scenario, labs, seconds, settings, out)
-    if seed is not None:
-        arguments += ["--seed", str(seed)]
+    arguments, folder, cls = arguments_of(scenario, labs, seconds, settings, out, seed)
     session = Session(arguments, cls is not None)
     session.check(folder, serve(session, maker(cls)))
     return Run(folder)
@@ -126,7 +126,12 @@ def batch(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     """
     settings = {"recorder.log": True, **(settings or {}), **({} if seconds is None else {"run.duration_s": seconds})}
     (_, *arguments), folder, cls = arguments_of(scenario, labs, None, settings, out)
-    session = Session(["batch", *arguments, "--seeds", ",".join(str(operator.index(seed)) for seed in seeds), "--jobs", str(jobs)], cls is not None)
+    return batched([*arguments, "--seeds", ",".join(str(operator.index(seed)) for seed in seeds), "--jobs", str(jobs)], folder, cls)
+
+
+def batched(arguments, folder, cls, progress=False):
+    """The batch that `arkmesh batch` makes of these arguments."""
+    session = Session(["batch", *arguments], cls is not None, progress)
     first = serve(session, maker(cls))
     if not (folder / "runs.csv").is_file():
         session.check(folder, first)
@@ -163,9 +168,7 @@ class lab:  # pylint: disable=invalid-name
 
     def __enter__(self):
         settings, every = self.given
-        arguments, self.folder, _ = arguments_of(self.file, (), self.seconds, settings, self.out)
-        if self.seed is not None:
-            arguments += ["--seed", str(self.seed)]
+        arguments, self.folder, _ = arguments_of(self.file, (), self.seconds, settings, self.out, self.seed)
         self.session = Session(arguments, True)
         try:
             line = self.session.next()

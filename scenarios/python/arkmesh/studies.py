@@ -11,26 +11,14 @@ from . import answering, running
 from .batches import Batch
 from .recorded import Run
 from .scenario import Scenario
-from .session import Failed, Session, serve
+from .session import Failed
 
 # Two labs of which the second has half the size: what depends on a lab's own metres shows itself.
-LABS = """[lab]
-name = "{name}"
-[run]
-duration_s = 10
-[gate]
-period_s = 0.5
-[shared]
-labs = ["a", "b"]
-owner = "a"
-[shared.projection.b]
-scale = 2
-[arena]
-robots = {robots}
-width_m = {width}
-height_m = {width}
-[arena.ode]
-controller = "arkmesh:experiments/light_up/light_up.c"
+LABS = """lab.name = "{name}"
+run.duration_s = 10
+gate.period_s = 0.5
+shared = {{labs = ["a", "b"], owner = "a", projection.b.scale = 2}}
+arena = {{robots = {robots}, width_m = {width}, height_m = {width}, ode.controller = "arkmesh:experiments/light_up/light_up.c"}}
 """
 
 
@@ -77,12 +65,7 @@ def sweep(scenario: Union[Type[Scenario], str, os.PathLike], *labs: Union[str, o
     if experiment.exists() and experiment.read_text() != text:
         raise FileExistsError(f"{experiment} belongs to another sweep; choose another `out`")
     experiment.write_text(text)
-    sets = arguments[len(labs):]
-    session = Session(["batch", str(experiment), *sets, "--jobs", str(jobs)], cls is not None, progress)
-    first = serve(session, running.maker(cls))
-    if not (folder / "runs.csv").is_file():
-        session.check(folder, first)
-    return Batch(folder)
+    return running.batched([str(experiment), *arguments[len(labs):], "--jobs", str(jobs)], folder, cls, progress)
 
 
 def check(scenario: Union[Type[Scenario], str, os.PathLike], *, robots: int = 6, seconds: float = 10.0, settings: Optional[Mapping[str, Any]] = None) -> list[str]:
