@@ -1,10 +1,9 @@
-// What the example's link does beside what every link does: its row, and a peer that dies without a word.
+// What the example's link does beside what every link does: its row.
 #include "tests/examples/folder_link.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <fstream>
 #include <string>
 
 #include "gateway/config.hpp"
@@ -92,40 +91,4 @@ TEST_CASE("folder links: a file that names no folder is refused") {
   CHECK(
       gateway::why_not_connectable("ftp://x") ==
       "begins with 'ftp://', which is not a kind of link; there are: tcp://, tls://, nats://, tls+nats://, folder://");
-}
-
-TEST_CASE("folder links: a peer that dies without a word is missed, and what it left deceives nobody") {
-  // A killed gateway leaves its `alive` and its messages: the file is no sign of life because it does not change, and
-  // the next gateway of the other lab does not take old messages for new ones. A damaged file is counted.
-  const tests::TemporaryDirectory folder;
-  const auto left = [&](const std::string& name, std::string_view text) {
-    std::filesystem::create_directories(folder.path() / "shark" / "roark");
-    std::ofstream(folder.path() / "shark" / "roark" / name) << text;
-  };
-  left("alive", "7 100\n");
-  left("1-1.message", "old");
-  boost::asio::io_context io;
-  const examples::FolderLinkSettings settings{.lab = "shark",
-                                              .peer = "roark",
-                                              .boot_id = 1,
-                                              .folder = folder.path(),
-                                              .look_period = 5ms,
-                                              .longest_silence = 1s};
-  examples::FolderLink link(io, settings);
-  int arrived = 0;
-  link.start({.arrived = [&](std::string_view, std::span<const std::byte>) { ++arrived; }, .changed = {}});
-  CHECK_FALSE(std::filesystem::exists(folder.path() / "shark" / "roark" / "1-1.message"));
-  CHECK(link.stats().counters["received.dropped.before_start"] == 1);
-  const auto begun = std::chrono::steady_clock::now();
-  CHECK(run_until(io, [&] { return std::chrono::steady_clock::now() - begun > 300ms; }));
-  CHECK_FALSE(link.stats().up);
-
-  left("alive", "7 101\n");
-  REQUIRE(run_until(io, [&] { return link.stats().up; }));
-  CHECK(link.stats().peer_boot_id == 7);
-  left("7-1.message", "no frame at all");
-  CHECK(run_until(io, [&] { return link.stats().counters["received.refused.damaged"] == 1; }));
-  CHECK(arrived == 0);
-  REQUIRE(run_until(io, [&] { return !link.stats().up; }));
-  CHECK(link.stats().why == "lab roark has been silent for 1 s");
 }

@@ -74,17 +74,3 @@ TEST_CASE("dhtf sites: types") {
   CHECK(random_counts.size() > 5);
   CHECK(halves.size() > 60);  // of 70
 }
-
-TEST_CASE("dhtf sites: waiting time by the pair of types") {
-  // Easy in all labs, hard in some, hard in all: 30, 40, 60 s; with any number of labs.
-  const Settings s;
-  CHECK(timeout_s(s, 0, 2) == 30);
-  CHECK(timeout_s(s, 1, 2) == 40);
-  CHECK(timeout_s(s, 2, 2) == 60);
-  CHECK(timeout_s(s, 0, 3) == 30);
-  CHECK(timeout_s(s, 1, 3) == 40);
-  CHECK(timeout_s(s, 2, 3) == 40);
-  CHECK(timeout_s(s, 3, 3) == 60);
-  CHECK(timeout_s(s, 0, 1) == 30);
-  CHECK(timeout_s(s, 1, 1) == 60);
-}
