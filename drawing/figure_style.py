@@ -7,6 +7,7 @@ import sys
 import textwrap
 
 HERE = pathlib.Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent / "scripts"))  # where arkmesh is not installed: of read_log, which modules of figures take
 # Of the page, too: beside an installed script, or among the sources.
 TABLE = json.loads(next(file for file in (HERE / "colours.json", HERE.parent / "view/page/colours.json") if file.is_file()).read_text())
 # By bits of red, green and blue, on light ground; the last is unknown.

@@ -4,10 +4,8 @@ import contextlib
 import pathlib
 import re
 import subprocess
-import sys
 import time
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))  # where arkmesh is not installed
 from chromium import browser
 from film_file import moments_of, write
 from lab_processes import PROGRAM, Failed, end_all, end_with_parent

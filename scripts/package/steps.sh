@@ -29,17 +29,10 @@ install_gateway() { # step
 
 gateway() { # step
   cat >door.toml <<'END'
-[lab]
-name = "door"
-[shared]
-labs = ["door", "other"]
-owner = "door"
-[bus]
-url = "udpm://239.255.76.67:7731?ttl=0"
-[gateway]
-listen = "127.0.0.1:7831"
-[[gateway.peers]]
-lab = "other"
+lab.name = "door"
+shared = {labs = ["door", "other"], owner = "door"}
+bus.url = "udpm://239.255.76.67:7731?ttl=0"
+gateway = {listen = "127.0.0.1:7831", peers = [{lab = "other"}]}
 END
   arkmesh gateway door.toml >gateway.log 2>&1 &
   later 10 grep -q 7831 gateway.log
@@ -126,10 +119,8 @@ operators() { # step
   as=(runuser -u member -- sudo -n -u arkmesh arkmesh)
   runuser -u member -- tee $file >/dev/null <<'END'
 include = ["/usr/share/arkmesh/experiments/dhtf/shark.toml"]
-[shared]
-labs = ["shark"]
-[arena]
-pace = 1.0
+shared.labs = ["shark"]
+arena.pace = 1.0
 END
   "${as[@]}" keys init shark
   (cd /var/lib/arkmesh && runuser -u arkmesh -- env HOME=/var/lib/arkmesh arkmesh lab $file) >lab.log 2>&1 &
@@ -202,13 +193,9 @@ lab_as_service() { # step of a started system
   systemctl daemon-reload
   cat >/etc/arkmesh/roark.toml <<'END'
 include = ["/usr/share/arkmesh/experiments/dhtf/roark.toml"]
-[shared]
-labs = ["roark"]
-owner = "roark"
-[scenario.dhtf.requirements]
-roark = [1, 2]
-[arena]
-use = "kilobot"
+shared = {labs = ["roark"], owner = "roark"}
+scenario.dhtf.requirements.roark = [1, 2]
+arena.use = "kilobot"
 END
   systemd-run -q --unit=emulator arkmesh emulator $experiments/emulator/roark.toml --truth /root/truth.csv
   later 60 emulated
