@@ -237,9 +237,11 @@ TEST_CASE("a battery gives what was drawn") {
     CHECK(arena->counters()["robots.battery_empty"] == 20);
   };
   for (const int period : {31, 37})
-    for (const int light : {0, 3})
+    for (const int light : {0, 3}) {
+      if (!arkmesh::tests::thorough() && (period == 37) == (light == 0)) continue;
       empties_at_right_time(fmt::format("\"ON=3\", \"MOTOR=70\", \"PERIOD={}\", \"LIGHT={}\"", period, light),
                             3.0 / period * 70, 3.0 / period * light);
+    }
   empties_at_right_time("\"ON=1\", \"MOTOR=30\", \"PERIOD=1\", \"LIGHT=0\"", 30, 0);
   empties_at_right_time("\"RANDOM=1\", \"LIGHT=0\"", 127.5, 0);
 }
