@@ -77,8 +77,7 @@ class Cell:
         goes_on = isinstance(self.promise, campaign_promises.Promise) and self.promise.end == "finished"
         self.patience_s = LONG_PATIENCE_S if fault.startswith(("SIGSTOP", "hangs")) or (phase == "waiting in mid-run" and goes_on) else PATIENCE_S
         self.problems, self.ears, self.ended, self.impostor = [], {}, {}, None
-        self.figures = {}  # what was measured, for the record
-        self.waits = ""  # what it said while it waited
+        self.figures, self.waits = {}, ""  # what was measured, for the record; what it said while it waited
         self.port = str(out / "ohc") if fault.endswith("terminal away") else "tcp://127.0.0.1:8091"
         self.line_back_s = 0.0  # of the emulator's time
         self.folders = {"roark": out / ("disk" if fault == "disk full" else "") / "roark", "shark": out / "shark"}
@@ -86,20 +85,18 @@ class Cell:
     # ------------------------------------------------------------ preparation
 
     def write_files(self):
-        hardware = self.arena == "hardware"
-        crash = self.out / "crash.c"
+        hardware, crash = self.arena == "hardware", self.out / "crash.c"
         crash.write_text(campaign_files.crashing_program(int(31 * self.pace.period_s * self.pace.fault_at)))
         (self.out / "emulator.toml").write_text(campaign_files.emulator(self.robots, f'emulator.ohc_link = "{self.out}/ohc"\n'))
-        files = []
-        for lab in PORTS:
+        files = {lab: self.out / f"{lab}.toml" for lab in PORTS}
+        for lab, file in files.items():
             own = lab == "roark"
             crashes = own and self.fault == "program crash" and not hardware
-            files.append(self.out / f"{lab}.toml")
-            files[-1].write_text(campaign_files.lab(
+            file.write_text(campaign_files.lab(
                 lab, self.port, duration_s=self.pace.duration_s, period_s=self.pace.period_s, robots=self.robots, out=self.out, patience_s=self.patience_s,
                 use="kilobot" if own and hardware else "ode", pace=0.0 if self.arena == "simulated" else 1.0, side_m=0.5 if own else 1.0,
                 controller=crash if crashes else campaign_files.DHTF))
-        return files
+        return list(files.values())
 
     def said(self, lab="roark"):
         file = self.labs.said("lab", lab)

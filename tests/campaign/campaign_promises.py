@@ -128,7 +128,6 @@ LINK_FAULTS |= {
                                               after="its gateway goes to the other", nats=r"roark\.server\.closed\.lost"),
 }
 EXIT_CODES = {"finished": 0, "failed": 1, "stopped": 3, "killed": -9}
-STRICT, FREE = ("simulated",), ("paced", "hardware")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -171,7 +170,7 @@ def promise(arena, phase, fault):
         return GOES_ON
     if phase == LINK:
         return NoSense("this kind of link does not have the fault") if LINK_FAULTS[fault].counter(arena) is None else GOES_ON
-    strict = arena in STRICT
+    strict = arena == "simulated"
     at_0, waits, ending = phase == "waiting at 0", phase == "waiting in mid-run", phase == "ending"
     if fault.endswith(" away") or fault.startswith(("hangs", "stalls")):
         if arena != "hardware" or phase != "running":
@@ -182,9 +181,7 @@ def promise(arena, phase, fault):
     if fault in ("Ctrl-C", "SIGTERM"):
         if ending:
             return Promise(note="the result stands")
-        if at_0:
-            return Promise("stopped", "stopped by the operator", None)
-        return dataclasses.replace(STOPPED, peer="failed", note="the peer does not hear of it") if waits else STOPPED
+        return Promise("stopped", STOPPED.says, None) if at_0 else dataclasses.replace(STOPPED, peer="failed", note="the peer does not hear of it") if waits else STOPPED
     if fault == "SIGKILL":
         if ending:
             return Promise("killed", "", "finished", may_be_finished=True, note="its result says `finished` when that was written already")
@@ -303,19 +300,19 @@ def page():
     lines += ["## What robots know", "", "All robots show what they were told last by `lab.tell` or `lab.parameters`, in Python and C++, within 15 s of the fault's end:", "",
               *(f"- {fault}" for fault in WORD_FAULTS), ""]
     notes = []
+
+    def noted(promised):
+        note = promised.why if isinstance(promised, NoSense) else promised.note
+        if note and note not in notes:
+            notes.append(note)
+        return f" [{notes.index(note) + 1}]" if note else ""
+
     for arena, words in ARENAS.items():
         lines += [f"## {arena.capitalize()}", "", f"{words[0].upper()}{words[1:]}.", "", f"| fault | {' | '.join(PHASES)} |", "|---" * (len(PHASES) + 1) + "|"]
         for fault in FAULTS:
-            if all(isinstance(promise(arena, phase, fault), NoSense) for phase in PHASES):
-                continue
-            row = []
-            for phase in PHASES:
-                promised = promise(arena, phase, fault)
-                note = promised.why if isinstance(promised, NoSense) else promised.note
-                if note and note not in notes:
-                    notes.append(note)
-                row.append(in_words(promised) + (f" [{notes.index(note) + 1}]" if note else ""))
-            lines.append(f"| {fault} | {' | '.join(row)} |")
+            row = [promise(arena, phase, fault) for phase in PHASES]
+            if not all(isinstance(promised, NoSense) for promised in row):
+                lines.append(f"| {fault} | {' | '.join(in_words(promised) + noted(promised) for promised in row)} |")
         lines.append("")
     lines += [f"{number}. {note[0].upper()}{note[1:]}." for number, note in enumerate(notes, 1)]
     for title, words in (("The phases", PHASES), ("The faults", FAULTS)):
