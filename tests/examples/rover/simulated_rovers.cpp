@@ -8,7 +8,6 @@
 #include "tests/examples/rover/rover_arena.hpp"
 
 namespace arkmesh::examples::rover {
-namespace {}  // namespace
 
 SimulatedRovers::SimulatedRovers(const Settings& settings, hal::WallTime& wall)
     : wall_(wall), damage_(settings.damage), chance_(settings.seed, "rovers/chance"), drove_at_(wall.now()) {
@@ -48,12 +47,8 @@ void SimulatedRovers::perform(const Packet& packet) {
   }
 }
 
-bool SimulatedRovers::is_here(std::size_t robot) const {
-  return robot < circles_.size() && !gone_.contains(static_cast<std::uint16_t>(robot));
-}
-
 void SimulatedRovers::say(const Packet& packet) {
-  if (!is_here(packet.robot)) return;
+  if (packet.robot >= circles_.size()) return;
   const auto heard = on_air(encode(packet));
   to_base_.insert(to_base_.end(), heard.begin(), heard.end());
 }
@@ -83,8 +78,7 @@ hal::Pose SimulatedRovers::where(std::size_t robot) const {
 std::vector<Spot> SimulatedRovers::look() {
   drive();
   std::vector<Spot> spots;
-  for (std::size_t i = 0; i < circles_.size(); ++i)
-    if (is_here(i)) spots.push_back({.pose = where(i), .lit = lit_ == i});
+  for (std::size_t i = 0; i < circles_.size(); ++i) spots.push_back({.pose = where(i), .lit = lit_ == i});
   // a camera does not know their numbers
   for (std::size_t i = spots.size(); i > 1; --i) std::swap(spots[i - 1], spots[chance_.below(i)]);
   return spots;

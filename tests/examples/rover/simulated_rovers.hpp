@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -29,22 +28,13 @@ class SimulatedRovers final : public ByteStream, public SpotCamera {
   std::vector<std::byte> read() override { return std::exchange(to_base_, {}); }
   std::vector<Spot> look() override;
 
-  // Where a rover was at the last look.
-  hal::Pose where(std::size_t robot) const;
-  bool driving() const { return driving_; }
-  // So many bytes of packets that never arrived whole.
-  std::uint64_t damaged_bytes() const { return reader_.damaged_bytes(); }
-  // A rover is taken off the arena, and put back to where it would be now.
-  void remove(std::uint16_t robot) { gone_.insert(robot); }
-  void bring_back(std::uint16_t robot) { gone_.erase(robot); }
-
  private:
   struct Circle {
     double x_m, y_m, radius_m;
   };
   void perform(const Packet& packet);
   void say(const Packet& packet);
-  bool is_here(std::size_t robot) const;
+  hal::Pose where(std::size_t robot) const;
   std::vector<std::byte> on_air(std::span<const std::byte> bytes);
   void drive();
 
@@ -54,7 +44,6 @@ class SimulatedRovers final : public ByteStream, public SpotCamera {
   std::vector<Circle> circles_;  // by robot
   PacketReader reader_;
   std::vector<std::byte> to_base_;
-  std::set<std::uint16_t> gone_;
   std::optional<std::uint16_t> lit_;
   bool driving_ = false;
   double driven_m_ = 0;  // by each of them
