@@ -1,4 +1,5 @@
 """Figures of recorded runs: how long it takes to open one, to go to a moment, and to export it. See scripts/measure."""
+import contextlib
 import functools
 import json
 import random
@@ -60,17 +61,21 @@ def hour(bench):
     return bench.run(*bench.pair_files, "--seconds", 3600, keep=True)["folder"]
 
 
+@contextlib.contextmanager
 def opened(folder):
-    """(seconds from the start of `arkmesh view` to the run's length in a viewer's hands, the process, the viewer)"""
+    """(seconds from the start of `arkmesh view` to the run's length in a viewer's hands, the viewer)"""
     begin = time.monotonic()
     process = subprocess.Popen([PROGRAM, "view", folder, "--port", "18800"], stderr=subprocess.PIPE, text=True)
-    for line in process.stderr:
-        if found := re.search(r"http://127\.0\.0\.1:(\d+)/", line):
-            viewer = Viewer(int(found[1]))
-            if viewer.until("hello")["length_us"] <= 0:
-                raise Failed("the run has no length")
-            return time.monotonic() - begin, process, viewer
-    raise Failed("arkmesh view printed no address")
+    try:
+        port = next((found[1] for line in process.stderr if (found := re.search(r"http://127\.0\.0\.1:(\d+)/", line))), None)
+        if port is None:
+            raise Failed("arkmesh view printed no address")
+        viewer = Viewer(int(port))
+        if viewer.until("hello")["length_us"] <= 0:
+            raise Failed("the run has no length")
+        yield time.monotonic() - begin, viewer
+    finally:
+        end_all([process])
 
 
 def recording_open(bench):
@@ -80,16 +85,14 @@ def recording_open(bench):
     for index in run.glob("*/log.index"):
         index.unlink()
     for _ in range(2):
-        seconds, process, _ = opened(run)
-        end_all([process])
-        took.append(seconds)
+        with opened(run) as (seconds, _):
+            took.append(seconds)
     return max(took) < 1, f"{took[0]:.2f} s without an index, {took[1]:.2f} s with one", "below 1 s"
 
 
 def recording_seek(bench):
     """The slowest of 200 jumps to any moment of an hour's run, at a viewer."""
-    _, process, viewer = opened(hour(bench))
-    try:
+    with opened(hour(bench)) as (_, viewer):
         slowest, length_s = 0.0, 3600
         for n in range(1, 201):
             begin = time.monotonic()
@@ -97,8 +100,6 @@ def recording_seek(bench):
             slowest = max(slowest, time.monotonic() - begin)
             if len(messages) < 10:
                 raise Failed(f"a jump gave {len(messages)} messages")
-    finally:
-        end_all([process])
     return slowest < 0.1, f"{slowest * 1e3:.1f} ms", "below 100 ms"
 
 
@@ -108,7 +109,7 @@ def recording_export(bench):
     took = {}
     for kind in ("csv", "hdf5", "mcap"):
         begin = time.monotonic()
-        subprocess.run([PROGRAM, "export", run, f"--{kind}"], check=True, capture_output=True)
+        bench.say(PROGRAM, "export", run, f"--{kind}")
         took[kind] = time.monotonic() - begin
     shutil.rmtree(run)
     return max(took["csv"], took["hdf5"]) < 2, ", ".join(f"{kind} {s:.2f} s" for kind, s in took.items()), "CSV and HDF5 below 2 s"

@@ -196,17 +196,12 @@ class LabRun(Arrays):
         Parameters
         ----------
         time_s, width, title, out
-            As in `Run.plot()`.
+            As in `Run.plot()`, and refused as there.
 
         Returns
         -------
         matplotlib.axes.Axes
             In metres.
-
-        Raises
-        ------
-        ValueError
-            As in `Run.plot()`.
         """
         return _plot(self.folder, time_s, width, title, out)[self.name]
 

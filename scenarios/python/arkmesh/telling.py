@@ -71,14 +71,9 @@ class Telling:
         Parameters
         ----------
         who, kind, value, slot
-            As in `tell()`.
+            As in `tell()`, and refused as there.
         every_s
             Seconds between messages: with a call for each frame, a robot gets the newest value of that slot at this interval; 0: at each call.
-
-        Raises
-        ------
-        ValueError
-            As in `tell()`.
         """
         self._say(who, kind, value, slot, ONCE, _number("every_s", every_s, 0, 1e6))
 
@@ -143,12 +138,7 @@ class Telling:
         Parameters
         ----------
         data, message_type
-            As in `message()`; at most 64 messages in all.
-
-        Raises
-        ------
-        ValueError
-            As in `message()`.
+            As in `message()`, and refused as there; at most 64 messages in all.
         """
         self._said.setdefault("parameters", []).append({"type": self._type(message_type), "data": _nine_bytes(data)})
 
