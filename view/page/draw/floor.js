@@ -18,7 +18,7 @@ export function arena_path(c, lab, p) {
 /** @param {Context} c @param {Placement} p @param {number[][]} corners in metres */
 export function path(c, p, corners) {
   c.beginPath();
-  corners.forEach(([x, y], i) => (i ? c.lineTo(p.x(x, y), p.y(x, y)) : c.moveTo(p.x(x, y), p.y(x, y))));
+  for (const [x, y] of corners) c.lineTo(p.x(x, y), p.y(x, y)); // the first goes there without a line
   c.closePath();
 }
 
@@ -68,4 +68,26 @@ export function solid_path(c, p, arena, solid, at) {
   const cos = Math.cos(at.heading), sin = Math.sin(at.heading);
   const corners = arena.corners.slice(solid.first_corner, solid.first_corner + solid.n_corners);
   path(c, p, corners.map((/** @type {any} */ q) => [at.x + cos * q.x_m - sin * q.y_m, at.y + sin * q.x_m + cos * q.y_m]));
+}
+
+/** Fills and strokes the current path.
+ * @param {Context} c @param {import("../wire/lcm.js").Message} of a circle, polygon or line @param {Colours} colours @param {number} px */
+export function shape(c, of, colours, px) {
+  const colour = colours.of(of.colour);
+  if (of.filled) {
+    c.globalAlpha = colours.table.fill_opacity;
+    c.fillStyle = colour;
+    c.fill();
+    const pattern = colours.pattern(c, of.colour);
+    if (pattern) {
+      c.globalAlpha = 0.6;
+      c.fillStyle = pattern;
+      c.fill();
+    }
+    c.globalAlpha = 1;
+  }
+  c.strokeStyle = colour;
+  c.lineWidth = 1.8 * px;
+  c.setLineDash(of.dashed ? [6 * px, 5 * px] : []);
+  c.stroke();
 }

@@ -1,5 +1,5 @@
 // Draws what a scenario shows people: rasters, polygons, circles, lines and texts, in this order, in colours by meaning.
-import { path } from "./floor.js";
+import { path, shape } from "./floor.js";
 import { draw_label, label } from "./label.js";
 import { Places, place_label, sites_of } from "./label_place.js";
 
@@ -30,10 +30,7 @@ export function draw_overlay(c, overlay, p, colours, px) {
   }
   for (const line of overlay.lines) {
     c.beginPath();
-    line.points.forEach((/** @type {Message} */ q, /** @type {number} */ i) => {
-      if (i) c.lineTo(p.x(q.x_m, q.y_m), p.y(q.x_m, q.y_m));
-      else c.moveTo(p.x(q.x_m, q.y_m), p.y(q.x_m, q.y_m));
-    });
+    for (const q of line.points) c.lineTo(p.x(q.x_m, q.y_m), p.y(q.x_m, q.y_m));
     shape(c, { ...line, filled: false }, colours, px);
   }
   for (const { words, colour, place } of overlay_words(overlay, p, colours, px)) draw_label(c, words, place.x, place.y, colours.of(colour), colours.inks.halo, words_px * px);
@@ -60,28 +57,6 @@ export function overlay_words(overlay, p, colours, px) {
   for (const line of overlay.lines) if (line.n_points > 0) say(line.label, line.colour, line.points[line.n_points >> 1], 0);
   for (const text of overlay.texts) say(text.text, text.colour, text, 0);
   return out;
-}
-
-/** Fills and strokes the current path.
- * @param {Context} c @param {Message} of @param {Colours} colours @param {number} px */
-function shape(c, of, colours, px) {
-  const colour = colours.of(of.colour);
-  if (of.filled) {
-    c.globalAlpha = colours.table.fill_opacity;
-    c.fillStyle = colour;
-    c.fill();
-    const pattern = colours.pattern(c, of.colour);
-    if (pattern) {
-      c.globalAlpha = 0.6;
-      c.fillStyle = pattern;
-      c.fill();
-    }
-    c.globalAlpha = 1;
-  }
-  c.strokeStyle = colour;
-  c.lineWidth = 1.8 * px;
-  c.setLineDash(of.dashed ? [6 * px, 5 * px] : []);
-  c.stroke();
 }
 
 /** @param {Message} raster */

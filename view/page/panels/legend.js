@@ -1,6 +1,7 @@
 // What colours and LEDs mean: those that the scenario draws, in its own words, else in those of the table of colours.
 import { h, section } from "../dom.js";
 import { Colours } from "../draw/colours.js";
+import { shape } from "../draw/floor.js";
 import { Sprites } from "../draw/sprites.js";
 
 /** A sample's size, CSS pixels. */
@@ -55,17 +56,7 @@ function sample(of, colours) {
     c.drawImage(robot, Math.round((canvas.width - robot.width) / 2), Math.round((canvas.height - robot.height) / 2));
     return canvas;
   }
-  const name = of.slice(7), colour = colours.of(name), pattern = colours.pattern(c, name);
   c.rect(2 * ratio, 3 * ratio, (width - 4) * ratio, (height - 6) * ratio);
-  for (const [fill, alpha] of /** @type {[string | CanvasPattern | null, number][]} */ ([[colour, colours.table.fill_opacity], [pattern, 0.6]])) {
-    if (!fill) continue;
-    c.globalAlpha = alpha;
-    c.fillStyle = fill;
-    c.fill();
-  }
-  c.globalAlpha = 1;
-  c.strokeStyle = colour;
-  c.lineWidth = 1.8 * ratio;
-  c.stroke();
+  shape(c, { colour: of.slice(7), filled: true }, colours, ratio);
   return canvas;
 }
