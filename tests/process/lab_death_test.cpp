@@ -26,21 +26,6 @@ TEST_CASE("a lab that is started again in mid-run ends the run by name") {
          said.find("roark is gone at period") != std::string::npos));
 }
 
-TEST_CASE("a second lab on a lab's LCM port refuses to start and says why") {
-  // Proves that two labs on one port never mix their messages silently.
-  LabProcesses labs({.overrides = {"arena.use=null", "arena.pace=1.0", "gate.patience_s=60"}});
-  labs.start_gateway("shark");
-  labs.start_lab("shark");
-  REQUIRE(labs.reached("shark", 0, 300s));
-  const tests::TemporaryFolder folder;
-  tests::Process other(ARKMESH_PROGRAM,
-                       {"lab", (tests::experiments() / "dhtf" / "roark.toml").string(), "--set",
-                        "bus.url=\"" + labs.bus_url("shark") + "\"", "--out", (folder.path() / "out").string()},
-                       folder.path() / "other.txt");
-  CHECK(other.wait(300s) == 2);
-  CHECK(other.output().find("another lab process ('shark') is on this LCM port") != std::string::npos);
-}
-
 TEST_CASE("the operator's interrupt ends a lab with its results written") {
   // Proves that neither Ctrl-C nor a closed terminal loses anything, and that a lab whose peer was stopped counts as
   // stopped, too.
