@@ -111,9 +111,6 @@ class LinkCell(LinkFaults, Cell):
                 resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
         self.servers[port] = start_nats_server(self.out, text, name=f"server-{port}", preexec_fn=with_memory)
 
-    def server_said(self, port=LISTENS):
-        return self.out / f"server-{port}.txt"
-
     def start_servers(self):
         """As the fault wants them."""
         if self.fault.startswith("slow consumer"):

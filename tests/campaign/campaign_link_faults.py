@@ -152,7 +152,7 @@ class LinkFaults:
             for _ in range(512):
                 speaker.sendall(b"PUB flood %d\r\n%s\r\n" % (1 << 20, bytes(1 << 20)))
         self.until(20, lambda: self.servers[LISTENS].poll() is not None, "the NATS server's end")
-        if "out of memory" not in self.server_said().read_text(errors="replace"):
+        if "out of memory" not in (self.out / f"server-{LISTENS}.txt").read_text(errors="replace"):
             raise Failed(f"the NATS server ended with code {self.servers[LISTENS].returncode} and was not out of memory")
 
     def as_raven(self):

@@ -21,9 +21,9 @@ class Link:
     (0: all that comes), `pace_back` the other way. What goes there is kept in `carried` when that is a list. `loses` is the nth of a NATS
     server's messages that is dropped (0: none is); None: who connects here is no such server."""
 
-    def __init__(self, listen, connect, carried=None):
+    def __init__(self, listen, connect):
         self.listen, self.connect, self.sockets, self.door = listen, connect, [], None
-        self.pace, self.pace_back, self.carried, self.loses = 0, 0, carried, None
+        self.pace, self.pace_back, self.carried, self.loses = 0, 0, None, None
         self.mend()
 
     def mend(self):
