@@ -25,6 +25,14 @@ def cpu_s(process):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def shares(processes, during):
+    """({name: % of a core}, seconds, the result) of processes while something is done."""
+    before, begin = {name: cpu_s(process) for name, process in processes.items()}, time.monotonic()
+    result = during()
+    took = time.monotonic() - begin
+    return {name: 100 * (cpu_s(process) - before[name]) / took for name, process in processes.items()}, took, result
+
+
 def memory_mb(process):
     """Resident, and private of it."""
     text = pathlib.Path(f"/proc/{process.pid}/smaps_rollup").read_text()
@@ -105,25 +113,19 @@ def crowd(bench, number, kind, seconds, speakers=None, rate_hz=1, at_once=False)
         talkers.until_joined()
         talkers.talk(2)
         watched = running | ({"server": server} if server else {})
-        used_idle, begin = cpu_s(running[names[0]]), time.monotonic()
-        talkers.hear(5 if speakers == 1 else 0)
-        idle = 100 * (cpu_s(running[names[0]]) - used_idle) / (time.monotonic() - begin)
-        before, bytes_before, begin = {name: cpu_s(process) for name, process in watched.items()}, server_bytes() if server else (0, 0), time.monotonic()
-        numbers = talkers.talk(seconds)
-        took = time.monotonic() - begin
+        idle = shares(watched, lambda: talkers.hear(5 if speakers == 1 else 0))[0][names[0]]
+        bytes_before = server_bytes() if server else (0, 0)
+        used, took, numbers = shares(watched, lambda: talkers.talk(seconds))
         passed = [(after - was) / took / 1e6 for was, after in zip(bytes_before, server_bytes() if server else (0, 0))]
-        used = {name: 100 * (cpu_s(process) - before[name]) / took for name, process in watched.items()}
         lost = talkers.lost(*numbers)
         latencies = talkers.latencies_ms(*numbers)
         memory = {name: memory_mb(process) for name, process in watched.items()}
         counters = [gateway_counters(labs[lab]) for lab in (names[0], names[-1])]
-    others = [lab for lab in names if lab != names[0]] if speakers == 1 else names
+    others = names[1:] if speakers == 1 else names
     return {"labs": number, "kind": kind, "lost": lost, "sent": numbers[1] - numbers[0] + 1, "p50_ms": part(latencies, 0.5), "p99_ms": part(latencies, 0.99),
             "gateway_cpu": sum(used[lab] for lab in others) / len(others), "sender_cpu": used[names[0]], "sender_idle_cpu": idle,
-            "gateway_mb": sum(memory[lab][0] for lab in names) / number,
-            "private_mb": sum(memory[lab][1] for lab in names) / number,
-            "server_cpu": used.get("server", 0), "server_mb": memory["server"][0] if server else 0, "passed": passed, "refused": sum(value for each in counters for name, value in each.items() if "refused" in name),
-            "sent_again": sum(each.get("federation.pieces.sent_again", 0) for each in counters)}
+            "gateway_mb": sum(memory[lab][0] for lab in names) / number, "private_mb": sum(memory[lab][1] for lab in names) / number,
+            "server_cpu": used.get("server", 0), "server_mb": memory["server"][0] if server else 0, "passed": passed, "refused": sum(value for each in counters for name, value in each.items() if "refused" in name)}
 
 
 def told(row):
@@ -190,9 +192,7 @@ def links_idle(bench):
         talkers = Talkers(labs, 1, enter=enter)
         talkers.until_joined()
         time.sleep(2)
-        before, begin = {lab: cpu_s(process) for lab, process in running.items()}, time.monotonic()
-        time.sleep(seconds)
-        cpu = 100 * max(cpu_s(process) - before[lab] for lab, process in running.items()) / (time.monotonic() - begin)
+        cpu = max(shares(running, lambda: time.sleep(seconds))[0].values())
         resident, private = (max(each) for each in zip(*(memory_mb(process) for process in running.values())))
     met = resident <= 18 and private <= 5 and (bench.short or cpu < 0.5)
     return met, f"{resident:.1f} MB resident, {private:.1f} MB private, {cpu:.2f} % of a core", "18 MB, 5 MB, 0.5 %"

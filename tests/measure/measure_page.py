@@ -5,13 +5,10 @@ measured pages take turns, so that a busy machine slows all alike.
 """
 import json
 import math
-import pathlib
 import tempfile
 import time
 
 from lab_processes import Failed
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 COUNT = """
 const done = arguments[arguments.length - 1], until = performance.now() + arguments[0] * 1000;
@@ -25,12 +22,9 @@ def rows(types, robots, side_m):
     """A minute of a lab in which robots drive in circles of their own."""
     from made_run import encode, pose
     columns = math.ceil(math.sqrt(robots))
-    out = [(0, 0, "arena", encode(types, "arena_info_t", {"lab": "lab", "platform": "ode", "width_m": side_m, "height_m": side_m, "body_radius_m": 0.0165, "frame_period_us": 100_000, "robots": robots,
-                                                         "body_radius_m": 0.0165}))]
-    for k in range(600):
-        frame = {"stamp_us": k * 100_000, "number": k, "parts": 1, "robots": [pose(i, k * 100_000, side_m, columns) for i in range(robots)]}
-        out.append((k * 100_000, 0, "poses", encode(types, "pose_frame_t", frame)))
-    return out
+    arena = {"lab": "lab", "platform": "ode", "width_m": side_m, "height_m": side_m, "body_radius_m": 0.0165, "frame_period_us": 100_000, "robots": robots}
+    frames = ({"stamp_us": k * 100_000, "number": k, "parts": 1, "robots": [pose(i, k * 100_000, side_m, columns) for i in range(robots)]} for k in range(600))
+    return [(0, 0, "arena", encode(types, "arena_info_t", arena)), *((frame["stamp_us"], 0, "poses", encode(types, "pose_frame_t", frame)) for frame in frames)]
 
 
 def script_s(driver):
@@ -48,7 +42,7 @@ def measure(driver, url, seconds):
     return frames, (script_s(driver) - before) * 1000 / max(1, frames)
 
 
-def totals_of(seconds, rounds):
+def totals_of(seconds=5, rounds=3):
     """(frames, script milliseconds a frame) of each round, for no page, 100 and 1000 robots."""
     from chromium import browser  # needs scripts/setup film; other measures do without
     from double_server import Double, types_json
@@ -71,7 +65,7 @@ def totals_of(seconds, rounds):
 
 def page_frames(bench):
     """frames of the page per frame of an empty one, and script time a frame"""
-    totals = totals_of(5, 3)
+    totals = totals_of()
     empty = sum(frames for frames, _ in totals[0])
     share = {robots: sum(frames for frames, _ in each) / empty for robots, each in totals.items()}
     script_ms = {robots: sum(ms for _, ms in each) / len(each) for robots, each in totals.items()}
