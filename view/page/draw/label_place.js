@@ -94,11 +94,9 @@ export function place_label(places, more, ...wanted) {
   return null;
 }
 
-/**
- * Where a label of that size goes beside a robot, or null where there is no room at any side of it.
+/** Where a label of that size goes beside a robot, or null where there is no room at any side of it.
  * @param {Places} places gets it, too @param {Places | null} more what it may not lie on either @param {number} x @param {number} y @param {number} radius of the robot @param {number} width @param {number} height
- * @returns {Box | null}
- */
+ * @returns {Box | null} */
 export function place_beside(places, more, x, y, radius, width, height) {
   for (const [across, down] of sides) {
     const box = { x: x + across * (radius + width / 2 + 1), y: y + down * (radius + height / 2 + 1), width, height };

@@ -138,10 +138,8 @@ function robot(c, r, p, sprites, radius, ghost, ring = false) {
   c.drawImage(sprite, Math.round(p.x(r.x, r.y) - half), Math.round(p.y(r.x, r.y) - half));
 }
 
-/**
- * A ring around what was picked, and its path.
- * @param {Context} c @param {Lab} lab @param {Placement} p @param {string} ink @param {number} px @param {Pick} pick @param {{x: number, y: number}[]} path in this lab's arena
- */
+/** A ring around what was picked, and its path.
+ * @param {Context} c @param {Lab} lab @param {Placement} p @param {string} ink @param {number} px @param {Pick} pick @param {{x: number, y: number}[]} path in this lab's arena */
 export function draw_pick(c, lab, p, ink, px, pick, path) {
   const at = find(lab, pick);
   c.strokeStyle = ink;

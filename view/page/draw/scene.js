@@ -7,16 +7,14 @@ import { draw_ghosts, draw_names, draw_objects, draw_pick, draw_robots, place_na
 import { draw_label, label } from "./label.js";
 import { Places } from "./label_place.js";
 
-/**
- * @typedef {import("../world/lab.js").Lab} Lab
- * @typedef {import("../stage/view.js").Rectangle} Rectangle
- * @typedef {import("../world/placement.js").Placement} Placement
- * @typedef {{labels: boolean, trails: boolean, ghosts: boolean, overlay: boolean, pictures: boolean}} Shown
- * @typedef {{labs: {lab: Lab, placement: Placement}[], rectangle: Rectangle, title: string}} Pane labs: one, or all of a shared frame
- * @typedef {{pane: Pane, sprites: import("./sprites.js").Sprites, px: number, shown: Shown, pictures: Map<Lab, import("./camera_picture.js").CameraPicture[]>,
- *   trail_us: number, sizes: Map<string, number>, pick: import("./robots.js").Pick | null, path: {x: number, y: number}[], ruler: {a: {x: number, y: number}, b: {x: number, y: number}, words: string} | null}} Scene ruler in pixels
- * @typedef {CanvasRenderingContext2D} Context
- */
+/** @typedef {import("../world/lab.js").Lab} Lab */
+/** @typedef {import("../stage/view.js").Rectangle} Rectangle */
+/** @typedef {import("../world/placement.js").Placement} Placement */
+/** @typedef {{labels: boolean, trails: boolean, ghosts: boolean, overlay: boolean, pictures: boolean}} Shown */
+/** @typedef {{labs: {lab: Lab, placement: Placement}[], rectangle: Rectangle, title: string}} Pane labs: one, or all of a shared frame */
+/** @typedef {{pane: Pane, sprites: import("./sprites.js").Sprites, px: number, shown: Shown, pictures: Map<Lab, import("./camera_picture.js").CameraPicture[]>,
+ *   trail_us: number, sizes: Map<string, number>, pick: import("./robots.js").Pick | null, path: {x: number, y: number}[], ruler: {a: {x: number, y: number}, b: {x: number, y: number}, words: string} | null}} Scene ruler in pixels */
+/** @typedef {CanvasRenderingContext2D} Context */
 
 /** Keeps a pane's drawing inside it.
  * @param {Context} c @param {Rectangle} r @param {() => void} draw */

@@ -7,10 +7,8 @@
 /** Opacities, of the oldest part first. */
 const shades = [0.08, 0.16, 0.28, 0.45];
 
-/**
- * What came in the last `length_us` of lab time before `now_us`.
- * @param {Context} c @param {Iterable<Trail>} trails @param {Placement} p @param {string} ink @param {number} px one CSS pixel @param {number} now_us @param {number} length_us
- */
+/** What came in the last `length_us` of lab time before `now_us`.
+ * @param {Context} c @param {Iterable<Trail>} trails @param {Placement} p @param {string} ink @param {number} px one CSS pixel @param {number} now_us @param {number} length_us */
 export function draw_trails(c, trails, p, ink, px, now_us, length_us) {
   const all = [...trails].map((trail) => ({ trail, from: trail.since(now_us - length_us) }));
   c.strokeStyle = ink;
@@ -28,10 +26,8 @@ export function draw_trails(c, trails, p, ink, px, now_us, length_us) {
   c.globalAlpha = 1;
 }
 
-/**
- * Adds to each trail what came since `drawn`, and notes there how far it is.
- * @param {Context} c @param {Iterable<[number, Trail]>} trails @param {Map<number, number>} drawn serial numbers by robot @param {Placement} p @param {string} ink @param {number} px
- */
+/** Adds to each trail what came since `drawn`, and notes there how far it is.
+ * @param {Context} c @param {Iterable<[number, Trail]>} trails @param {Map<number, number>} drawn serial numbers by robot @param {Placement} p @param {string} ink @param {number} px */
 export function add_to_trails(c, trails, drawn, p, ink, px) {
   c.beginPath();
   for (const [robot, trail] of trails) {

@@ -6,10 +6,8 @@ import { keeper, keeper_words, not_standing_words, standing_words, told_words, w
 /** @type {[string, string, string][]} In the order of buttons: name, words, title. */
 const commands = [["pause", "Pause", "key P"], ["resume", "Resume", "key R"], ["reset", "Reset", "Robots restart their program, and wait for Resume"], ["arm", "Arm", ""], ["disarm", "Disarm", ""]];
 
-/**
- * A command to one lab. `refused`: undefined before the answer, then empty or why. `statuses`: how many of the lab had come when the answer did. `took`: robots were told.
- * @typedef {{name: string, refused: string | undefined, statuses: number, took: boolean}} Order
- */
+/** A command to one lab. `refused`: undefined before the answer, then empty or why. `statuses`: how many of the lab had come when the answer did. `took`: robots were told.
+ * @typedef {{name: string, refused: string | undefined, statuses: number, took: boolean}} Order */
 
 /** What has become of it, by the lab's newest status. "All were seen to stand" is believed of the second status after the answer only, or of one that
  * tells the end: the first may be from before the command.

@@ -2,13 +2,11 @@
 import { DecodeError } from "../wire/lcm.js";
 import { Lab } from "./lab.js";
 
-/**
- * @typedef {{t_us: number, lab: number, kind: string, text: string}} Event
- * @typedef {{version: string, mode: "live"|"recorded", labs: string[], control: boolean, run: string, folder?: string, emulator?: boolean[], commands?: [string, string, string][],
- *   length_us?: number, growing?: boolean, runs?: string[], number?: number, notes?: string[], first_difference?: {period: number, lab: string, t_us: number} | null}} About
- * @typedef {{per_s: number, bytes_per_s: number, count: number}} Rate
- * @typedef {import("../wire/wire.js").Frame} Frame
- */
+/** @typedef {{t_us: number, lab: number, kind: string, text: string}} Event */
+/** @typedef {{version: string, mode: "live"|"recorded", labs: string[], control: boolean, run: string, folder?: string, emulator?: boolean[], commands?: [string, string, string][],
+ *   length_us?: number, growing?: boolean, runs?: string[], number?: number, notes?: string[], first_difference?: {period: number, lab: string, t_us: number} | null}} About */
+/** @typedef {{per_s: number, bytes_per_s: number, count: number}} Rate */
+/** @typedef {import("../wire/wire.js").Frame} Frame */
 
 /** Events that are kept; older ones go. */
 const events_most = 2000;
