@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tests/support/pictures/other_tables.hpp"
+#include "tests/support/pictures/photo_effects.hpp"
 #include "tests/support/pictures/picture_series.hpp"
 #include "tests/support/processes/thorough.hpp"
 #include "tracker/detect/detector.hpp"
@@ -48,6 +50,26 @@ TEST_CASE("hard pictures") {
     CHECK(sum.recall() >= row.min_recall);
     CHECK(sum.colours() >= row.min_colours);
   }
+}
+
+TEST_CASE("robots through haze") {
+  // Proves: where light lies over all of a picture, its robots are found, and followed from there; where no robot is,
+  // none is found either.
+  const std::vector<Scene> real = real_scenes();
+  const auto six = std::ranges::find(real, std::size_t{6}, [](const Scene& scene) { return scene.robots.size(); });
+  REQUIRE(six != real.end());
+  const Scene hazy = changed(*six, [](cv::Mat& bgr) { bgr.convertTo(bgr, -1, 0.3, 100), add_noise(bgr, 3, 1); });
+  tracker::Detector detector;
+  const Score found = score(detector.search(hazy.bgr), hazy);
+  CHECK(found.matched == 6);
+  CHECK(found.detections == 6);
+  std::vector<tracker::Expected> where;
+  for (const TrueRobot& robot : hazy.robots) where.push_back({robot.x_px + 2, robot.y_px, robot.r_px, 10});
+  CHECK(std::ranges::none_of(detector.follow(hazy.bgr, where), [](const auto& one) { return !one; }));
+  const Scene empty = emptied(hazy);
+  CHECK(tracker::Detector().search(empty.bgr).empty());
+  // and again where the haze is gone
+  CHECK(score(detector.search(six->bgr), *six).matched == 6);
 }
 
 }  // namespace

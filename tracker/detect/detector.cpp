@@ -13,6 +13,7 @@
 #include "tracker/detect/impostor.hpp"
 #include "tracker/detect/led_neighbours.hpp"
 #include "tracker/detect/led_spot.hpp"
+#include "tracker/detect/levels.hpp"
 #include "tracker/detect/median.hpp"
 #include "tracker/detect/search_net.hpp"
 #include "tracker/detect/white_balance.hpp"
@@ -30,23 +31,8 @@ constexpr double surely_net = 0.5;          // of the net's scores, among things
 constexpr double usual_net = 0.7;           // the median of robots' is above, 0.77 in the rendered rooms
 constexpr double least_single_shape = 0.9;  // of one among other things; 0.94 on the bench's pictures of one robot
 constexpr std::size_t sizes_in_turn = 4;    // that are tried at most, where most of what is found are no robots
+constexpr std::size_t enough_robots = 3;    // to believe what stretched grey levels show
 constexpr int whole_every = 6;              // searches of a camera in which nothing has changed
-constexpr std::size_t max_objections = 60;  // that an explanation holds
-
-// Whether a picture has no colour where its robots are: a monochrome camera's.
-bool monochrome(const cv::Mat& bgr, std::span<const Circle> boards) {
-  constexpr int max_difference = 3, rows = 12;
-  for (const Circle& board : boards)
-    for (int i = 0; i < rows * rows; ++i) {
-      const double x = board.x_px + board.r_px * (2.0 * (i % rows) / (rows - 1) - 1),
-                   y = board.y_px + board.r_px * (2.0 * (i / rows) / (rows - 1) - 1);
-      if (!(x >= 0 && y >= 0 && x < bgr.cols && y < bgr.rows)) continue;
-      const std::uint8_t* const pixel = bgr.ptr<std::uint8_t>(static_cast<int>(y)) + 3 * static_cast<int>(x);
-      const auto [least, most] = std::minmax({pixel[0], pixel[1], pixel[2]});
-      if (most - least > max_difference) return false;
-    }
-  return !boards.empty();
-}
 
 }  // namespace
 
@@ -55,10 +41,34 @@ class Detector::Search {
   explicit Search(const DetectorSettings& settings)
       : settings_(settings), diameter_px_(settings.diameter_px), bodies_(settings) {}
 
+  // In a picture of few grey levels bodies are looked for with all of them, and then as it is, if that shows hardly a
+  // robot. LEDs are looked at as they are.
   std::vector<Detection> search(const cv::Mat& bgr) {
+    const Levels levels = levels_of(bgr);
+    if (levels.gain > 1 && (levels_.gain > 1 || before_.size() < enough_robots)) {
+      if (levels_.gain == 1) before_.clear();
+      const std::optional<double> diameter_px = diameter_px_;
+      levels_ = levels;
+      if (const auto robots = look(stretched(bgr, levels)); robots.size() >= enough_robots)
+        return with_leds(bgr, robots);
+      diameter_px_ = diameter_px;
+    }
+    if (std::exchange(levels_, {}).gain > 1) before_.clear();
+    return with_leds(bgr, look(bgr));
+  }
+
+  std::vector<Candidate> look(const cv::Mat& bgr) {
     bodies_.begin(noise_of(bgr));
     std::vector<Candidate> robots = unchanged(bgr);
-    if (robots.empty()) robots = searched(bgr);
+    if (robots.empty()) {
+      robots = searched(bgr);
+      // Where edges are weak by themselves, most must be what the net sees, too.
+      if (levels_.gain > 1) {
+        const std::vector<double> scores = net_scores(robots);
+        const auto agreed = std::ranges::count_if(scores, [](double score) { return score > surely_net; });
+        if (2 * agreed < std::ssize(robots)) robots.clear();
+      }
+    }
     before_.clear();
     for (const Candidate& one : robots) before_.push_back(one.circle_fit.circle);
     // Three that agree are worth remembering; cameras are refocused and tables tilted, so it drifts along.
@@ -69,19 +79,20 @@ class Detector::Search {
         diameter_px_ = diameter_px_ ? *diameter_px_ + 0.3 * (2 * BodySearch::median_r_px(robots) - *diameter_px_)
                                     : 2 * BodySearch::median_r_px(robots);
     }
-    return with_leds(bgr, robots);
+    return robots;
   }
 
   std::vector<std::optional<Detection>> follow(const cv::Mat& bgr, std::span<const Expected> where) {
+    const cv::Mat bodies = levels_.gain > 1 ? stretched(bgr, levels_) : bgr;
     std::vector<std::optional<Detection>> seen(where.size());
     // Searches keep it up to date.
-    if (bodies_.noise() == 0) bodies_.begin(noise_of(bgr));
+    if (bodies_.noise() == 0) bodies_.begin(noise_of(bodies));
     std::vector<Claim> claims;
     claims.reserve(where.size());
     for (std::size_t i = 0; i < where.size(); ++i) {
-      if (i + 1 < where.size()) fetch_ahead(bgr, where[i + 1]);
+      if (i + 1 < where.size()) fetch_ahead(bodies, where[i + 1]);
       // Its LED is looked at while its pixels are at hand.
-      if (const auto one = bodies_.near(bgr, where[i]))
+      if (const auto one = bodies_.near(bodies, where[i]))
         claims.push_back(
             {std::hypot(one->circle_fit.circle.x_px - where[i].x_px, one->circle_fit.circle.y_px - where[i].y_px), i,
              detection(bgr, *one)});
@@ -115,23 +126,7 @@ class Detector::Search {
     before_.clear();
     std::vector<Detection> robots = search(bgr);
     bodies_.explain(nullptr);
-    auto& others = explanation.not_found;
-    std::stable_sort(others.begin(), others.end(),
-                     [](const auto& a, const auto& b) { return a.confidence > b.confidence; });
-    double r_px = robots.empty() ? 0 : robots[0].r_px;
-    if (r_px == 0 && !explanation.sizes.empty()) r_px = explanation.sizes[0].r_px;
-    std::vector<Circle> taken;
-    for (const Detection& one : robots) taken.push_back({one.x_px, one.y_px, one.r_px});
-    std::erase_if(others, [&](const Explanation::NotFound& one) {
-      const Circle& at = one.circle;
-      if (taken.size() >= robots.size() + max_objections || (r_px > 0 && std::abs(std::log(at.r_px / r_px)) > 0.25) ||
-          std::any_of(taken.begin(), taken.end(), [&](const Circle& other) {
-            return std::hypot(other.x_px - at.x_px, other.y_px - at.y_px) < std::max(other.r_px, at.r_px);
-          }))
-        return true;
-      taken.push_back(at);
-      return false;
-    });
+    thin_out(explanation, robots);
     return robots;
   }
 
@@ -251,16 +246,14 @@ class Detector::Search {
     for (std::size_t i = 0; i < robots.size(); ++i)
       if (why[i]) doubted.push_back(scores[i]);
     if (median(std::move(doubted)) >= usual_net) return;
-    std::vector<Candidate> others;
-    for (std::size_t i = 0; i < robots.size(); ++i) {
-      if (!why[i]) {
-        others.push_back(robots[i]);
-        continue;
-      }
-      bodies_.object(robots[i].circle_fit.circle, robots[i].evidence, why[i]);
-      impostors_.push_back(robots[i].circle_fit.circle);
-    }
-    robots = std::move(others);
+    std::size_t next = 0;
+    std::erase_if(robots, [&](const Candidate& one) {
+      const char* const objection = why[next++];
+      if (!objection) return false;
+      bodies_.object(one.circle_fit.circle, one.evidence, objection);
+      impostors_.push_back(one.circle_fit.circle);
+      return true;
+    });
   }
 
   // How surely the net sees each at its place.
@@ -367,6 +360,7 @@ class Detector::Search {
   std::optional<double> diameter_px_;
   Light white_balance_{1, 1, 1};  // of the picture last searched
   bool monochrome_ = false;       // likewise
+  Levels levels_;                 // with which its bodies were looked for
   BodySearch bodies_;
   SearchNet net_;
   std::vector<NetFind> finds_;

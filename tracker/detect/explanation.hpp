@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tracker/detect/circle.hpp"
+#include "tracker/detect/detection.hpp"
 
 namespace arkmesh::tracker {
 
@@ -22,5 +23,8 @@ struct Explanation {
   bool cells_first = false;         // coin cells were taken for robots until bodies were found round them
   std::vector<NotFound> not_found;  // looked at closely, the likeliest first, none twice and none where a robot is
 };
+
+// Makes not_found what it should be.
+void thin_out(Explanation& explanation, const std::vector<Detection>& robots);
 
 }  // namespace arkmesh::tracker

@@ -61,4 +61,18 @@ Light white_balance(const cv::Mat& bgr, std::span<const Circle> boards) {
   return {factor(blue), 1, factor(red)};
 }
 
+bool monochrome(const cv::Mat& bgr, std::span<const Circle> boards) {
+  constexpr int max_difference = 3, rows = 12;
+  for (const Circle& board : boards)
+    for (int i = 0; i < rows * rows; ++i) {
+      const double x = board.x_px + board.r_px * (2.0 * (i % rows) / (rows - 1) - 1),
+                   y = board.y_px + board.r_px * (2.0 * (i / rows) / (rows - 1) - 1);
+      if (!(x >= 0 && y >= 0 && x < bgr.cols && y < bgr.rows)) continue;
+      const std::uint8_t* const pixel = bgr.ptr<std::uint8_t>(static_cast<int>(y)) + 3 * static_cast<int>(x);
+      const auto [least, most] = std::minmax({pixel[0], pixel[1], pixel[2]});
+      if (most - least > max_difference) return false;
+    }
+  return !boards.empty();
+}
+
 }  // namespace arkmesh::tracker

@@ -17,4 +17,7 @@ namespace arkmesh::tracker {
 // BGR picture.
 Light white_balance(const cv::Mat& bgr, std::span<const Circle> boards);
 
+// Whether a picture has no colour where its robots are: a monochrome camera's.
+bool monochrome(const cv::Mat& bgr, std::span<const Circle> boards);
+
 }  // namespace arkmesh::tracker
