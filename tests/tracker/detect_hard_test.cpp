@@ -66,6 +66,8 @@ TEST_CASE("robots through haze") {
   std::vector<tracker::Expected> where;
   for (const TrueRobot& robot : hazy.robots) where.push_back({robot.x_px + 2, robot.y_px, robot.r_px, 10});
   CHECK(std::ranges::none_of(detector.follow(hazy.bgr, where), [](const auto& one) { return !one; }));
+  for (const Scene& one : cut_outs({hazy}, 1, 3, 1))
+    CHECK(score(tracker::Detector().search(one.bgr), one).matched == 1);
   const Scene empty = emptied(hazy);
   CHECK(tracker::Detector().search(empty.bgr).empty());
   // and again where the haze is gone

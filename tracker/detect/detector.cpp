@@ -42,19 +42,23 @@ class Detector::Search {
       : settings_(settings), diameter_px_(settings.diameter_px), bodies_(settings) {}
 
   // In a picture of few grey levels bodies are looked for with all of them, and then as it is, if that shows hardly a
-  // robot. LEDs are looked at as they are.
+  // robot: the few are believed where it shows none. LEDs are looked at as they are.
   std::vector<Detection> search(const cv::Mat& bgr) {
     const Levels levels = levels_of(bgr);
+    bool few = false;
     if (levels.gain > 1 && (levels_.gain > 1 || before_.size() < enough_robots)) {
       if (levels_.gain == 1) before_.clear();
       const std::optional<double> diameter_px = diameter_px_;
       levels_ = levels;
-      if (const auto robots = look(stretched(bgr, levels)); robots.size() >= enough_robots)
-        return with_leds(bgr, robots);
+      const std::vector<Candidate> robots = look(stretched(bgr, levels));
+      if (robots.size() >= enough_robots) return with_leds(bgr, robots);
+      few = !robots.empty();
       diameter_px_ = diameter_px;
     }
     if (std::exchange(levels_, {}).gain > 1) before_.clear();
-    return with_leds(bgr, look(bgr));
+    std::vector<Candidate> robots = look(bgr);
+    if (few && robots.empty()) levels_ = levels, robots = look(stretched(bgr, levels));
+    return with_leds(bgr, robots);
   }
 
   std::vector<Candidate> look(const cv::Mat& bgr) {
