@@ -33,7 +33,7 @@ install(FILES scenarios/light_up/light_up.hpp scenarios/light_up/light_up.cpp DE
 foreach(header
     app/scenarios.hpp cli/whole_program.hpp lab/testing/lab_double.hpp lab/robots/robot_words.hpp scenarios/wall_sensor.hpp
     lab/arena_facts.hpp lab/lab.hpp lab/lab_data.hpp lab/run_config.hpp lab/safety_config.hpp lab/scenario.hpp lab/sensor_config.hpp
-    lab/exchange/exchange.hpp lab/exchange/growth.hpp lab/exchange/lab_state.hpp lab/exchange/merged_state.hpp lab/exchange/state_rules.hpp
+    lab/exchange/exchange.hpp lab/exchange/growth.hpp lab/exchange/lab_state.hpp lab/exchange/state_rules.hpp
     hal/arenas/arena.hpp hal/arenas/projection.hpp hal/bus/bus.hpp hal/bus/participants.hpp hal/config/config.hpp hal/counters.hpp
     hal/files/own_files.hpp hal/fixed_math.hpp hal/overlay/colour.hpp hal/overlay/drawing.hpp hal/robot/robot_kind.hpp hal/robot/set_point.hpp hal/random.hpp hal/record/recorder.hpp
     hal/stop_request.hpp hal/time/clock.hpp hal/time/wall_time.hpp hal/types.hpp

@@ -18,7 +18,6 @@
 #include "lab/arena_facts.hpp"
 #include "lab/exchange/growth.hpp"
 #include "lab/exchange/lab_state.hpp"
-#include "lab/exchange/merged_state.hpp"
 #include "lab/exchange/state_rules.hpp"
 #include "lab/robots/robot_words.hpp"
 #include "lab/run_config.hpp"

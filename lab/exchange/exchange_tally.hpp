@@ -12,7 +12,7 @@
 
 #include "lab/exchange/confirmations.hpp"
 #include "lab/exchange/exchange.hpp"
-#include "lab/exchange/merged_state.hpp"
+#include "lab/exchange/lab_state.hpp"
 #include "lab/exchange/world_message.hpp"
 
 namespace arkmesh::lab {

@@ -1,4 +1,4 @@
-// What one lab owns at the end of one period.
+// What one lab owns at the end of one period, and its part of the shared world.
 #pragma once
 
 #include <cstdint>
@@ -31,5 +31,14 @@ struct LabState {
 
 // Labs of one process hold one copy of it.
 using KeptState = std::shared_ptr<const LabState>;
+
+// As it is merged at a boundary.
+struct MergedState {
+  std::string lab;
+  KeptState state;               // in force from now on
+  std::int64_t age_periods = 0;  // how old it is at this boundary
+  KeptState initial;             // its run's state 0, when this is the first of that run that is merged; else null
+  std::int64_t payload_age_periods = 0;  // how old its robots and fields are, which may be older, or an early event's
+};
 
 }  // namespace arkmesh::lab

@@ -7,7 +7,6 @@
 
 #include "lab/exchange/exchange.hpp"
 #include "lab/exchange/lab_state.hpp"
-#include "lab/exchange/merged_state.hpp"
 #include "lab/exchange/state_rules.hpp"
 
 namespace arkmesh::lab {

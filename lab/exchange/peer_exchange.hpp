@@ -18,7 +18,7 @@
 #include "lab/exchange/confirmations.hpp"
 #include "lab/exchange/exchange_tally.hpp"
 #include "lab/exchange/growth.hpp"
-#include "lab/exchange/merged_state.hpp"
+#include "lab/exchange/lab_state.hpp"
 #include "lab/exchange/peers.hpp"
 #include "lab/exchange/period_gate.hpp"
 #include "lab/exchange/world_reader.hpp"

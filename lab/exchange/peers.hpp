@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "hal/counters.hpp"
-#include "lab/exchange/merged_state.hpp"
+#include "lab/exchange/lab_state.hpp"
 #include "lab/exchange/period_gate.hpp"
 #include "lab/run_config.hpp"
 

@@ -17,7 +17,6 @@
 #include "hal/counters.hpp"
 #include "lab/exchange/exchange.hpp"
 #include "lab/exchange/lab_state.hpp"
-#include "lab/exchange/merged_state.hpp"
 #include "lab/exchange/state_rules.hpp"
 #include "lab/exchange/world_message.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "arkmesh/shared_view_t.hpp"
 #include "hal/bus/bus.hpp"
-#include "lab/exchange/merged_state.hpp"
+#include "lab/exchange/lab_state.hpp"
 #include "lab/lab_data.hpp"
 
 namespace arkmesh::lab {
