@@ -44,6 +44,7 @@ EmulatorServer::EmulatorServer(hal::EventLoop& loop, Emulator& emulator, Emulato
     });
   else
     reader_.emplace(loop, config.listen, config.ohc_port, config.ohc_link, [this](SerialReader::Chunk chunk) {
+      if (chunk.refused) return counters_.add(plugged_ ? "serial.refused.in_use" : "serial.refused.unplugged");
       if (chunk.bytes.empty()) return drop_chunks();
       chunks_.push_back(std::move(chunk));
       if (chunks_.size() == 1) write_bytes();
@@ -110,7 +111,10 @@ void EmulatorServer::follow_plug() {
 }
 
 void EmulatorServer::drop_chunks() {
-  for (const SerialReader::Chunk& chunk : chunks_) reader_->done(chunk.bytes.size());
+  for (const SerialReader::Chunk& chunk : chunks_) {
+    reader_->done(chunk.bytes.size());
+    counters_.add("serial.bytes_lost.cut_off", chunk.bytes.size());
+  }
   chunks_.clear();
 }
 

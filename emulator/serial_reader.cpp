@@ -63,6 +63,8 @@ struct SerialReader::Thread {
         if (plugged && !host.stream.is_open()) {
           host.stream = std::move(socket);
           read(host);
+        } else {
+          pass_on({}, true);
         }
         accept();
       });
@@ -95,8 +97,8 @@ struct SerialReader::Thread {
     pass_on({});
   }
 
-  void pass_on(std::vector<std::uint8_t> bytes) {
-    asio::post(loop, [to = take, chunk = Chunk{std::chrono::steady_clock::now(), std::move(bytes)}]() mutable {
+  void pass_on(std::vector<std::uint8_t> bytes, bool refused = false) {
+    asio::post(loop, [to = take, chunk = Chunk{std::chrono::steady_clock::now(), std::move(bytes), refused}]() mutable {
       if (const auto living = to.lock()) (*living)(std::move(chunk));
     });
   }

@@ -23,6 +23,7 @@ class SerialReader {
   struct Chunk {
     TimePoint at;
     std::vector<std::uint8_t> bytes;  // none: the host has reset its connection, what is not on the line yet is lost
+    bool refused = false;             // another host was sent away; without bytes
   };
 
   // Opens a pseudo-terminal (with a link to it unless `link` is empty) and a TCP port, which takes one host at a time,

@@ -138,6 +138,7 @@ TEST_CASE("in real time a host runs robots over the terminal and over TCP, unplu
     char byte;
     return ::recv(second.get(), &byte, 1, 0) == 0;
   }));
+  CHECK(run_until(loop, [&] { return server.counters()["serial.refused.in_use"] == 1; }));
 
   std::ifstream truth(folder.path() / "truth.csv");
   std::string header, row;
