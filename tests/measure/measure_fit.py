@@ -90,5 +90,12 @@ def fit_verdicts(bench):
     return false <= trials / 10 and told >= 0.95 * trials, f"{false} of {trials} right ones differ, {told} of {trials} wrong ones", "at most 2 of 20, at least 19"
 
 
-MEASURES = [fit_hidden, fit_verdicts]
+def fit_clip(bench):
+    """Straight drivers of the film of real robots: their paths against headings by LEDs of which no file tells."""
+    said = bench.say(bench.built("test_testbed"), "-tc=the real clip*")
+    robots, square = re.search(r"(\d+) straight drivers: \(error / stated\)\^2 ([\d.]+)", said).groups()
+    return 0.7 <= float(square) <= 1.5, f"(error / stated)^2 {float(square):.2f} of {robots} robots, each counted once", "0.7 to 1.5"
+
+
+MEASURES = [fit_hidden, fit_clip, fit_verdicts]
 NOT_JUDGED_SHORT = set()
