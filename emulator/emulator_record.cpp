@@ -56,10 +56,10 @@ EmulatorRecord::EmulatorRecord(const Emulator& emulator, const std::string& trut
     const CameraSettings& camera = emulator.camera(k).settings();
     const std::string name = name_for(emulator, k, video);
     const cv::Size size(camera.width_px, camera.height_px);
-    Video& video = *videos_.emplace_back(std::make_unique<Video>());
+    Video& made = *videos_.emplace_back(std::make_unique<Video>());
     if (kind == ".avi")
-      video.jpegs.emplace(name, size, frames_per_s);
-    else if (!video.mp4.open(name, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), frames_per_s, size))
+      made.jpegs.emplace(name, size, frames_per_s);
+    else if (!made.mp4.open(name, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), frames_per_s, size))
       throw std::runtime_error(
           fmt::format("cannot write the video {}; does the folder exist, and does the disk have free space?", name));
     last_.emplace_back(camera.height_px, camera.width_px, CV_8UC3, cv::Scalar::all(0));
