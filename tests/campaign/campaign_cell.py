@@ -400,14 +400,14 @@ class Cell:
         return {lab: BusEar(port, ["status", "world", "roark/world"]) for lab, port in PORTS.items()}
 
     @contextlib.contextmanager
-    def prepared(self):
+    def prepared(self, own_overrides=None):
         """Files, ears, the link and the emulator are there; whatever is started within is ended."""
         self.out.mkdir(parents=True, exist_ok=True)
         if self.fault == "disk full":
             small_disk(self.folders["roark"].parent)
         (self.out / "fail").mkdir()
         os.environ["ARKMESH_FAIL_IN"] = str(self.out / "fail")
-        self.labs = LabProcesses(self.write_files(), self.out, program=self.program)
+        self.labs = LabProcesses(self.write_files(), self.out, own_overrides=own_overrides, program=self.program)
         self.ears = self.listen()
         self.link = Link(THROUGH, LISTENS)
         with contextlib.ExitStack() as ending:

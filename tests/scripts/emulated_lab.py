@@ -74,7 +74,7 @@ class EmulatedLab(unittest.TestCase):
 
     def begin(self, camera=lambda url: url):
         """Both, until every robot has a name. `camera` makes the address of the lab's camera from that of the emulator's."""
-        (self.folder / "emulator.toml").write_text(campaign_files.emulator(4, ports="camera_port = 0\nohc_port = 0\ncontrol_port = 0\n"))
+        (self.folder / "emulator.toml").write_text(campaign_files.emulator(4, more="emulator.camera_port = 0\nemulator.ohc_port = 0\nemulator.control_port = 0\n"))
         self.start("emulator", "emulator", self.folder / "emulator.toml", "--calibration", self.folder / "testbed.yaml")
         where = self.until(300, lambda: re.search(r"(http://\S+)(?:.|\n)*tcp://(\S+)[^\n]*\ncommands: ([\d.]+):(\d+)", self.said("emulator")), "the emulator's start")
         self.control = where[3], int(where[4])

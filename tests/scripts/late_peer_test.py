@@ -10,7 +10,7 @@ import unittest
 import run_folder  # noqa: F401  (makes the scripts importable)
 import page_viewers
 import read_log
-from campaign_cell import ROBOTS, Cell
+from campaign_cell import Cell
 from lab_processes import PROGRAM
 
 PAGE_PORT = 7991
@@ -36,10 +36,10 @@ class LatePeer(unittest.TestCase):
         self.assertLessEqual(len(set(range(10)) - {frame.number for frame in frames}), counters.get("arena.frame.no_picture", 0))
         withheld = [name for name, count in counters.items() if "withheld" in name and count]
         held = {len(frame.robots) for frame in frames}
-        self.assertEqual(max(held), ROBOTS, counters)
+        self.assertEqual(max(held), Cell.robots, counters)
         # robots are hidden from a lab that has no picture for 0.2 s, as on a machine that stands still: it names them again
         if not counters.get("arena.poses.lost.no_picture"):
-            self.assertEqual((held, withheld), ({ROBOTS}, []), counters)
+            self.assertEqual((held, withheld), ({Cell.robots}, []), counters)
 
     def run_with_late_peer(self):
         """The frames and the counters of a run whose peer comes late."""
