@@ -331,6 +331,19 @@ TEST_CASE("the control port takes no commands from a browser") {
   CHECK(ask(loop, server, "robot 0 take\n") == "ok\n");  // who is none goes on as before
 }
 
+TEST_CASE("bytes that wait for the line when the controller is unplugged are counted") {
+  Emulator emulator = TestEmulator{.robots = 2}.make();
+  EmulatorRecord record(emulator, "", "");
+  hal::EventLoop loop;
+  EmulatorServer server(loop, emulator, record);
+  const Handle host = connect_to(server.ohc_port());
+  const std::string bytes(12'000, 'x');  // more than the port holds
+  REQUIRE(::send(host.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size()));
+  CHECK(run_until(loop, [&] { return emulator.serial_free() == 0; }));
+  CHECK(ask(loop, server, "ohc unplug\n") == "ok\n");
+  CHECK(run_until(loop, [&] { return server.counters()["serial.bytes_lost.cut_off"] > 0; }));
+}
+
 TEST_CASE("the control port serves eight at once, and counts who is sent away") {
   Emulator emulator = TestEmulator{.robots = 2}.make();
   EmulatorRecord record(emulator, "", "");

@@ -159,5 +159,5 @@ def sim_speed(bench):
 
 
 MEASURES = [sim_sends, sim_pairs, sim_crowd, sim_truths, sim_truths_measured, sim_walks, sim_programs, sim_memory, sim_memory_delay, sim_memory_robot, sim_growth, sim_speed]
-# The last five run tests that CI has run, or have no limit.
+# They run tests that CI has run, or depend on how busy the machine is.
 NOT_JUDGED_SHORT = {sim_speed, sim_growth, sim_programs, sim_truths, sim_truths_measured, sim_walks}

@@ -41,8 +41,8 @@ class Detector::Search {
   explicit Search(const DetectorSettings& settings)
       : settings_(settings), diameter_px_(settings.diameter_px), bodies_(settings) {}
 
-  // In a picture of few grey levels bodies are looked for with all of them, and then as it is, if that shows hardly a
-  // robot: the few are believed where it shows none. LEDs are looked at as they are.
+  // A picture of few grey levels is searched with its contrast stretched. If that shows fewer than three robots, the
+  // original is searched, too, and the few are believed if it shows none. LEDs are read in the original.
   std::vector<Detection> search(const cv::Mat& bgr) {
     const Levels levels = levels_of(bgr);
     bool few = false;

@@ -24,7 +24,7 @@ struct Explanation {
   std::vector<NotFound> not_found;  // looked at closely, the likeliest first, none twice and none where a robot is
 };
 
-// Makes not_found what it should be.
+// Sorts not_found, and removes circles of another size, doubles, and those where a robot is; at most 60 stay.
 void thin_out(Explanation& explanation, const std::vector<Detection>& robots);
 
 }  // namespace arkmesh::tracker

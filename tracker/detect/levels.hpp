@@ -1,4 +1,4 @@
-// Which grey levels a picture uses. Through haze, or much too dark, it is few of them, and all edges are weak.
+// The grey levels that a picture uses. In haze, or in little light, they are few, and all edges are weak.
 #pragma once
 
 namespace cv {
@@ -8,7 +8,7 @@ class Mat;
 namespace arkmesh::tracker {
 
 struct Levels {
-  double black = 0, gain = 1;  // what makes all levels of the few; a gain of 1 where there are not few
+  double black = 0, gain = 1;  // new level = gain (level - black); a gain of 1: they are not few
 };
 
 // Of an 8-bit BGR picture without its margin, where cameras write the time.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Kit:
     """The methods of a Lab that create pieces of the kit, in begin() only. Of pieces that robots sense, `noise` is the standard deviation of a
     reading's normal error, in the reading's unit, and `every_s` the seconds between readings, the same for all robots; 0: a reading each
-    frame. A robot missing in a frame keeps its last reading. All raise ValueError if an argument is invalid, and RuntimeError after begin().
+    frame. A robot missing in a frame keeps its last reading. Every method raises ValueError if an argument is invalid, and RuntimeError after begin().
     """
 
     name: str

@@ -196,7 +196,7 @@ class LabRun(Arrays):
         Parameters
         ----------
         time_s, width, title, out
-            As in `Run.plot()`, and refused as there.
+            As in `Run.plot()`, with the same errors.
 
         Returns
         -------
