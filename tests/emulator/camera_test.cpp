@@ -187,7 +187,9 @@ TEST_CASE("pictures repeat to the bit, and noise is new in each") {
 TEST_CASE("robots at and beyond the picture's edge are cut off, not drawn elsewhere") {
   // A narrow view of a wide arena: whatever lies outside leaves the picture as it is.
   CameraSettings settings = tilted_camera();
-  settings.focal_px = 6000;
+  settings.width_px = 480;
+  settings.height_px = 270;
+  settings.focal_px = 1500;
   const Camera camera(settings, plain_scene());
   cv::Mat empty, full;
   camera.picture({}, {}, 0, empty);
@@ -198,7 +200,7 @@ TEST_CASE("robots at and beyond the picture's edge are cut off, not drawn elsewh
       const Seen robot{.pose = {x, y, x * 7}, .red = 1, .blue = 1};
       all.push_back(robot);
       const cv::Point2d at = *camera.model().project(x, y, 0.02);
-      if (at.x < -400 || at.y < -400 || at.x > 2320 || at.y > 1480) outside.push_back(robot);
+      if (at.x < -100 || at.y < -100 || at.x > 580 || at.y > 370) outside.push_back(robot);
     }
   REQUIRE(outside.size() > 50);
   camera.picture(outside, {}, 0, full);
