@@ -196,7 +196,7 @@ void PythonScenario::begin(lab::Lab& lab) {
 
 void PythonScenario::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
   for (const hal::Observation& seen : frame.robots) leds_[seen.robot] = seen.led;
-  if (frame.number % every_ != 0) return;
+  if (every_ == 0 || frame.number % every_ != 0) return;
   collect(lab, real_time_wait);
   if (open_answers_ > 0) {
     lab.counts().add("scenario.frames_skipped");
@@ -206,6 +206,7 @@ void PythonScenario::on_poses(lab::Lab& lab, const hal::PoseFrame& frame) {
 }
 
 void PythonScenario::on_heard(lab::Lab& lab, std::span<const hal::FromRobot> messages) {
+  if (every_ == 0) return;
   const std::size_t fit = std::min(messages.size(), most_heard - heard_.size());
   heard_.insert(heard_.end(), messages.begin(), messages.begin() + static_cast<std::ptrdiff_t>(fit));
   if (fit < messages.size()) lab.counts().add("scenario.heard_skipped", messages.size() - fit);

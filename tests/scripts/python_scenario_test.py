@@ -640,8 +640,8 @@ class Mine(arkmesh.Scenario):
     def test_a_name_that_means_something_else_is_refused_where_it_is_given(self):
         """In the class as in a method: `every` that is no whole number, and what hides what the lab calls."""
         begin = "import arkmesh, numpy\nclass Mine(arkmesh.Scenario):\n  def begin(self, lab):\n    "
-        for text, wanted in ((begin + "self.every = lab.setting('gps_s', 1.5)", "mine.py:4: ValueError: `every` must be a whole number from 1 (frame() gets each k-th frame)"),
-                             (begin + "self.every = 0", "mine.py:4: ValueError: `every` must be"), (begin + "self.every = True", "mine.py:4: ValueError: `every` must be"),
+        for text, wanted in ((begin + "self.every = lab.setting('gps_s', 1.5)", "mine.py:4: ValueError: `every` must be a whole number (frame() gets each k-th frame; 0: none)"),
+                             (begin + "self.every = -1", "mine.py:4: ValueError: `every` must be"), (begin + "self.every = True", "mine.py:4: ValueError: `every` must be"),
                              ("import arkmesh\nclass Mine(arkmesh.Scenario):\n  every = 0.5\n", "mine.py:2: ValueError: `every` must be"),
                              (begin + "self.period = 2.0", "mine.py:4: ValueError: the lab calls `period`; give 2.0 another name"),
                              (begin + "self.finished = False", "mine.py:4: ValueError: the lab calls `finished`"),
@@ -653,6 +653,12 @@ class Mine(arkmesh.Scenario):
         code, said = self.run_it(begin + "self.every = numpy.int64(5)\n  def frame(self, lab):\n    lab.count('frames')\n")
         self.assertEqual(code, 0, said)
         self.assertEqual(json.loads((self.folder / "out/a/result.json").read_text())["counts"]["frames"], 9)
+        shutil.rmtree(self.folder / "out")
+        code, said = self.run_it(begin + "self.every = 0\n  def frame(self, lab):\n    lab.count('frames')\n  def period(self, lab):\n    lab.count('boundaries')\n")
+        self.assertEqual(code, 0, said)
+        counts = json.loads((self.folder / "out/a/result.json").read_text())["counts"]
+        self.assertNotIn("frames", counts)
+        self.assertGreater(counts["boundaries"], 0)
 
     def test_an_initial_field_stays_readable(self):
         """Of the own lab and of others, in each period; one that is told in each period is as told last."""

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def check_every(every):
-    if isinstance(every, (bool, numpy.bool_)) or not isinstance(every, (int, numpy.integer)) or not 1 <= every <= 1_000_000:
-        raise ValueError(f"`every` must be a whole number from 1 (frame() gets each k-th frame), not {every!r}")
+    if isinstance(every, (bool, numpy.bool_)) or not isinstance(every, (int, numpy.integer)) or not 0 <= every <= 1_000_000:
+        raise ValueError(f"`every` must be a whole number (frame() gets each k-th frame; 0: none), not {every!r}")
     return int(every)
 
 
@@ -24,7 +24,8 @@ class Scenario:
     Attributes
     ----------
     every : int
-        frame() is called for each k-th frame only; 1 to 1,000,000.
+        frame() is called for each k-th frame only; 1 to 1,000,000. 0: never, for a lab that looks at boundaries only; what frames bring (poses, sensors,
+        messages heard) it does not see.
     """
 
     every = 1  # frame() is called for each k-th frame only
