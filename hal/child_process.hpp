@@ -45,6 +45,7 @@ class ChildProcess {
   End wait() const { return *look(false); }
   // How long it has waited for a processor that others had; 0 where the kernel does not count that.
   std::chrono::nanoseconds run_delay() const;
+  pid_t id() const { return id_; }
   // Of a child that has not been waited for the number stays its own, so this reaches nobody else. Never its group.
   void signal(int number) const { ::kill(id_, number); }
 

@@ -18,7 +18,8 @@ constexpr std::size_t head_bytes = 5;
 }  // namespace
 
 Child::Child(std::vector<std::string> command, std::vector<std::string> environment)
-    : process_({.command = std::move(command), .environment = std::move(environment), .has_line = true}) {}
+    : process_({.command = std::move(command), .environment = std::move(environment), .has_line = true}),
+      processor_(process_.id()) {}
 
 void Child::send(char kind, std::string_view content) {
   const auto size = static_cast<std::uint32_t>(content.size());

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hal/child_process.hpp"
+#include "scenarios/python/one_processor.hpp"
 
 namespace arkmesh::scenarios::python {
 
@@ -36,6 +37,8 @@ class Child {
   std::uint64_t dropped_output() const { return dropped_; }
   // It owes an answer from now on.
   void begin_to_wait();
+  // That answer is here, and our thread does nothing but wait for such: see OneProcessor.
+  void has_answered() { processor_.answered(std::chrono::steady_clock::now() - asked_); }
   // Since then, but for what it waited for a processor meanwhile: a busy machine is no scenario that hangs.
   std::chrono::nanoseconds waited() const;
   bool has_waited(std::chrono::nanoseconds time) const;
@@ -49,6 +52,7 @@ class Child {
   [[noreturn]] void gone();
 
   hal::ChildProcess process_;
+  OneProcessor processor_;
   std::string in_, out_, printed_;
   std::size_t kept_ = 0, dropped_ = 0;
   bool ended_ = false;

@@ -236,6 +236,7 @@ void PythonScenario::collect(lab::Lab& lab, std::chrono::milliseconds wait) {
     const auto answer = next_answer(wait);
     if (!answer) return;
     --open_answers_;
+    if (can_wait_) child_->has_answered();
     child_->begin_to_wait();
     take(lab, *answer);
   }
