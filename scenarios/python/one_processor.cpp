@@ -9,6 +9,7 @@
 namespace arkmesh::scenarios::python {
 namespace {
 
+namespace fs = std::filesystem;
 constexpr int this_thread = 0;
 constexpr int free_answers = 4;  // in which the system may give our thread another processor
 
@@ -47,8 +48,9 @@ void OneProcessor::part() {
   answers_ = 0;
   ::sched_setaffinity(this_thread, sizeof thread_may_, &thread_may_);
   std::error_code ended;
-  for (const auto& task : std::filesystem::directory_iterator(fmt::format("/proc/{}/task", child_), ended)) {
-    const std::string name = task.path().filename();
+  for (fs::directory_iterator task(fmt::format("/proc/{}/task", child_), ended), end; !ended && task != end;
+       task.increment(ended)) {
+    const std::string name = task->path().filename();
     pid_t id = 0;
     std::from_chars(name.data(), name.data() + name.size(), id);
     ::sched_setaffinity(id, sizeof child_may_, &child_may_);
