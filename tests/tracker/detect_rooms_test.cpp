@@ -50,7 +50,7 @@ TEST_CASE("robots in rendered rooms") {
     const char* name;
     std::vector<std::uint64_t> seeds;
   };
-  for (const Rooms& rooms : {Rooms{RoomKind::plain, "plain", {2, 15, 28}},
+  for (const Rooms& rooms : {Rooms{RoomKind::plain, "plain", {2, 15, 26}},
                              {RoomKind::strange, "strange", {0, 9, 11}},
                              {RoomKind::phone, "phone", {12}}}) {
     Strict untold, told;
@@ -75,7 +75,7 @@ TEST_CASE("robots in rendered rooms") {
         rooms.name, untold.recall(), untold.robots, untold.wrong, untold.called_white, untold.called_warm, untold.unlit,
         told.recall(), told.wrong);
     CAPTURE(rooms.name);
-    CHECK(untold.recall() >= 0.93);  // thorough: 0.94 to 0.96 by kind of room
+    CHECK(untold.recall() >= 0.93);  // thorough: 0.98 in plain, 0.99 in strange rooms
     CHECK(untold.wrong <= (thorough() ? untold.robots / 33 : 0));
     CHECK(untold.called_white <= 2 + untold.unlit / 20);
     if (rooms.kind != RoomKind::phone) CHECK(untold.called_warm <= untold.unlit / 50);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <stdexcept>
 #include <utility>
@@ -15,23 +14,16 @@
 #include "tracker/detect/led_spot.hpp"
 #include "tracker/detect/levels.hpp"
 #include "tracker/detect/median.hpp"
-#include "tracker/detect/search_net.hpp"
+#include "tracker/detect/second_opinion.hpp"
 #include "tracker/detect/white_balance.hpp"
 
 namespace arkmesh::tracker {
 
 namespace {
 
-constexpr double least_score = 0.3;         // of the net, for a closer look
-constexpr double surely_seen = 0.7;         // confidence in what only the net has seen
-constexpr double least_likeness = 0.5;      // of that: plain discs and rings have none
-constexpr double fewest_of_own = 3;         // beyond doubt, where nothing else was found
-constexpr std::size_t max_sizes = 6;        // that are looked at closely, of those that the net sees
-constexpr double surely_net = 0.5;          // of the net's scores, among things that are no robots
 constexpr double usual_net = 0.7;           // the median of robots' is above, 0.77 in the rendered rooms
 constexpr double least_single_shape = 0.9;  // of one among other things; 0.94 on the bench's pictures of one robot
 constexpr std::size_t sizes_in_turn = 4;    // that are tried at most, where most of what is found are no robots
-constexpr std::size_t enough_robots = 3;    // to believe what stretched grey levels show
 constexpr int whole_every = 6;              // searches of a camera in which nothing has changed
 
 }  // namespace
@@ -68,7 +60,7 @@ class Detector::Search {
       robots = searched(bgr);
       // Where edges are weak by themselves, most must be what the net sees, too.
       if (levels_.gain > 1) {
-        const std::vector<double> scores = net_scores(robots);
+        const std::vector<double> scores = second_.scores(robots);
         const auto agreed = std::ranges::count_if(scores, [](double score) { return score > surely_net; });
         if (2 * agreed < std::ssize(robots)) robots.clear();
       }
@@ -160,11 +152,6 @@ class Detector::Search {
     }
   }
 
-  static bool are_close(const NetFind& find, const Candidate& one, double within_px) {
-    const Circle &a = find.circle, &b = one.circle_fit.circle;
-    return std::hypot(a.x_px - b.x_px, a.y_px - b.y_px) < within_px;
-  }
-
   // While nothing changes, one size is enough, and the net is not asked: as many robots as before, each where one was.
   // Else nothing.
   std::vector<Candidate> unchanged(const cv::Mat& bgr) {
@@ -186,7 +173,7 @@ class Detector::Search {
   std::vector<Candidate> searched(const cv::Mat& bgr) {
     since_whole_ = 0;
     impostors_.clear();
-    net_.look_at(bgr);
+    second_.look_at(bgr);
     std::vector<Candidate> robots;
     if (settings_.diameter_px) {
       robots = bodies_.about_diameter(bgr, *settings_.diameter_px);
@@ -206,7 +193,7 @@ class Detector::Search {
         return of_any_size(bgr);
       }
     }
-    robots = with_second_opinion(bgr, std::move(robots), !settings_.diameter_px);
+    robots = second_.with_more(std::move(robots), !settings_.diameter_px);
     erase_impostors(bgr, robots);
     return robots;
   }
@@ -221,13 +208,13 @@ class Detector::Search {
       if (i > 0 && std::abs(sizes[i].r_px / sizes[i - 1].r_px - 1) < 0.03) continue;
       std::vector<Candidate> robots;
       if (sizes[i].r_px > 0) robots = bodies_.bodies_or_cells(bgr, 2 * sizes[i].r_px);
-      robots = with_second_opinion(bgr, std::move(robots), i == 0);
+      robots = second_.with_more(std::move(robots), i == 0);
       const std::size_t before = robots.size();
       erase_impostors(bgr, robots);
       const std::size_t after = robots.size();
       if (after == before && i == 0) return robots;
       // There only what the net sees, too, is believed.
-      const std::vector<double> scores = net_scores(robots);
+      const std::vector<double> scores = second_.scores(robots);
       std::size_t next = 0;
       std::erase_if(robots, [&](const Candidate&) { return scores[next++] < surely_net; });
       if (robots.size() == 1 && robots[0].shape < least_single_shape) robots.clear();
@@ -245,7 +232,7 @@ class Detector::Search {
     for (const Candidate& one : robots) why.push_back(why_no_robot(bgr, one.circle_fit));
     const auto impostors = std::ranges::count_if(why, [](const char* one) { return one != nullptr; });
     if (impostors < 2 || 2 * impostors <= std::ssize(robots)) return;
-    const std::vector<double> scores = net_scores(robots);
+    const std::vector<double> scores = second_.scores(robots);
     std::vector<double> doubted;
     for (std::size_t i = 0; i < robots.size(); ++i)
       if (why[i]) doubted.push_back(scores[i]);
@@ -258,83 +245,6 @@ class Detector::Search {
       impostors_.push_back(one.circle_fit.circle);
       return true;
     });
-  }
-
-  // How surely the net sees each at its place.
-  std::vector<double> net_scores(const std::vector<Candidate>& robots) {
-    std::vector<double> scores(robots.size(), 0);
-    const double r_px = BodySearch::median_r_px(robots);
-    finds_.clear();
-    if (!robots.empty()) net_.find(r_px, least_score, finds_);
-    for (std::size_t i = 0; i < robots.size(); ++i)
-      for (const NetFind& find : finds_)
-        if (are_close(find, robots[i], 0.5 * r_px)) scores[i] = std::max(scores[i], find.score);
-    return scores;
-  }
-
-  // The trained net's opinion: adds robots of the others' size; where it sees less than half of what was found, or
-  // nothing was found, it looks for robots of any size, if `any_size`.
-  std::vector<Candidate> with_second_opinion(const cv::Mat& bgr, std::vector<Candidate> robots, bool any_size) {
-    std::size_t agreed = 0;
-    if (!robots.empty()) {
-      const double r_px = BodySearch::median_r_px(robots);
-      const std::vector<Candidate> seen = seen_by_net(bgr, r_px, robots);
-      agreed = static_cast<std::size_t>(std::ranges::count_if(robots, [&](const Candidate& one) {
-        return std::ranges::any_of(
-            finds_, [&](const NetFind& find) { return find.score > 0.5 && are_close(find, one, 0.5 * r_px); });
-      }));
-      if (2 * agreed >= robots.size()) {
-        // What was found already keeps its place.
-        Places places(1.5 * r_px, bgr.cols, bgr.rows);
-        for (const Candidate& one : robots) places.add(one.circle_fit.circle);
-        for (const Candidate& one : seen)
-          if (!places.taken(one.circle_fit.circle, 1.5 * r_px)) robots.push_back(one);
-        std::sort(robots.begin(), robots.end());
-        return robots;
-      }
-    }
-    if (!any_size) return robots;
-    finds_.clear();
-    for (double r_px = settings_.smallest_diameter_px / 2; r_px < settings_.largest_diameter_px / 2;
-         r_px *= std::numbers::sqrt2)
-      net_.find(r_px, least_score, finds_);
-    const std::vector<SizeEvidence> sizes = size_evidence(finds_, bgr.cols, bgr.rows);
-    std::vector<Candidate> best;
-    double most = std::max(static_cast<double>(agreed), fewest_of_own);
-    for (std::size_t i = 0; i < std::min(sizes.size(), max_sizes); ++i) {
-      std::vector<Candidate> some = seen_by_net(bgr, sizes[i].r_px);
-      if (some.empty()) continue;
-      // Again at the size that the edges have.
-      some = seen_by_net(bgr, BodySearch::median_r_px(some));
-      double votes = 0;
-      for (const Candidate& one : some)
-        votes += std::pow(one.evidence, 4) * std::min(1.0, one.circle_fit.circle.r_px / 8);
-      if (votes > most) most = votes, best = std::move(some);
-    }
-    return best.empty() ? robots : best;
-  }
-
-  // Robots of that size which the net sees and whose edge can be measured, beside those that are known; what the net
-  // sees is in finds_.
-  std::vector<Candidate> seen_by_net(const cv::Mat& bgr, double r_px, std::span<const Candidate> known = {}) {
-    finds_.clear();
-    net_.find(r_px, least_score, finds_);
-    std::vector<Candidate> seen;
-    for (const NetFind& find : finds_) {
-      if (std::ranges::any_of(known, [&](const Candidate& one) { return are_close(find, one, 0.5 * r_px); })) continue;
-      std::optional<Candidate> best;
-      for (const double r : {find.circle.r_px, r_px})
-        for (const bool darker : {true, false})
-          if (const auto circle_fit =
-                  bodies_.fit(bgr, {find.circle.x_px, find.circle.y_px, r}, r == r_px ? 0.14 : 0.22, darker)) {
-            Candidate one = candidate(*circle_fit);
-            one.evidence = confidence(one, find.score, r_px);
-            if (!best || one.evidence > best->evidence) best = one;
-          }
-      if (best && best->evidence > surely_seen && best->likeness > least_likeness && best->circle_fit.inside > 0.6F)
-        seen.push_back(*best);
-    }
-    return BodySearch::united(bgr, {seen});
   }
 
   std::vector<Detection> with_leds(const cv::Mat& bgr, const std::vector<Candidate>& candidates) {
@@ -366,8 +276,7 @@ class Detector::Search {
   bool monochrome_ = false;       // likewise
   Levels levels_;                 // with which its bodies were looked for
   BodySearch bodies_;
-  SearchNet net_;
-  std::vector<NetFind> finds_;
+  SecondOpinion second_{settings_, bodies_};
   std::vector<Circle> before_;     // what the last search found
   std::vector<Circle> impostors_;  // what the last whole one erased
   int since_whole_ = 0;            // searches
