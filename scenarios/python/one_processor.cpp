@@ -13,6 +13,13 @@ namespace fs = std::filesystem;
 constexpr int this_thread = 0;
 constexpr int free_answers = 4;  // in which the system may give our thread another processor
 
+cpu_set_t only(int processor) {
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(processor, &one);
+  return one;
+}
+
 }  // namespace
 
 OneProcessor::OneProcessor(pid_t child) : child_(child) {
@@ -26,19 +33,24 @@ OneProcessor::~OneProcessor() {
 void OneProcessor::answered(Duration took) {
   mean_ += (took - mean_) / 32;
   if (joined_ && mean_ > slow) return part();
+  if (joined_ && ::sched_getcpu() != processor_) bind_child();  // for another child's sake the thread was given another
   ++answers_;
   if (joined_ && answers_ % looks_every == looks_every - free_answers)
     ::sched_setaffinity(this_thread, sizeof thread_may_, &thread_may_);
-  if (answers_ % looks_every == 0 && (joined_ || mean_ < quick)) join();
+  if (joined_ ? answers_ % looks_every == 0 : answers_ % joins_after == 0 && mean_ < quick) join();
 }
 
 void OneProcessor::join() {
   if (!joined_ && ::sched_getaffinity(child_, sizeof child_may_, &child_may_) != 0) return;  // it has ended
   joined_ = true;
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(::sched_getcpu(), &one);
+  bind_child();
+  const cpu_set_t one = only(processor_);
   ::sched_setaffinity(this_thread, sizeof one, &one);
+}
+
+void OneProcessor::bind_child() {
+  processor_ = ::sched_getcpu();
+  const cpu_set_t one = only(processor_);
   ::sched_setaffinity(child_, sizeof one, &one);
 }
 

@@ -15,7 +15,7 @@ class OneProcessor {
   using Duration = std::chrono::nanoseconds;
   // Where the mean of some answers is between these, all stays as it is.
   static constexpr Duration quick = std::chrono::microseconds(300), slow = std::chrono::milliseconds(1);
-  static constexpr int looks_every = 256;  // answers
+  static constexpr int joins_after = 64, looks_every = 1024;  // answers
 
   explicit OneProcessor(pid_t child);
   ~OneProcessor();
@@ -27,12 +27,13 @@ class OneProcessor {
 
  private:
   void join();
+  void bind_child();
   void part();
 
   pid_t child_;
   cpu_set_t thread_may_, child_may_;  // without us
   Duration mean_ = slow;
-  int answers_ = 0;
+  int answers_ = 0, processor_ = 0;
   bool joined_ = false;
 };
 

@@ -25,9 +25,9 @@ TEST_CASE("a child that answers quickly shares the thread's processor, a slow on
   };
   {
     OneProcessor processor(child.id());
-    answer(processor, 2 * OneProcessor::looks_every, 500us);
+    answer(processor, 4 * OneProcessor::joins_after, 500us);
     CHECK(processors_of(0) == all);
-    answer(processor, OneProcessor::looks_every, 100us);
+    answer(processor, 4 * OneProcessor::joins_after, 100us);
     CHECK(processors_of(0) == 1);
     CHECK(processors_of(child.id()) == 1);
     answer(processor, OneProcessor::looks_every, 500us);
@@ -35,7 +35,7 @@ TEST_CASE("a child that answers quickly shares the thread's processor, a slow on
     answer(processor, OneProcessor::looks_every, 5ms);
     CHECK(processors_of(0) == all);
     CHECK(processors_of(child.id()) == all);
-    answer(processor, 2 * OneProcessor::looks_every, 100us);
+    answer(processor, 4 * OneProcessor::joins_after, 100us);
     CHECK(processors_of(child.id()) == 1);
   }
   CHECK(processors_of(0) == all);
