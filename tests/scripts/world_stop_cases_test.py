@@ -35,7 +35,7 @@ class WorldStopCases(world_stop_test.WorldTest):
                 self.assertEqual(code, 1, said)
                 for lab in ("roark", "shark"):
                     self.assertIn(f"{lab} refused the command: no_permission", said)
-                    self.assertNotIn("paused by", world.ears[lab].state())
+                    self.assertNotEqual(world.ears[lab].message("status").kept_still, "operator")
 
     def test_before_the_start(self):
         """Labs that wait for one that is not there yet obey, and that one is named."""
