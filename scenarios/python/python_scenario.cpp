@@ -61,10 +61,6 @@ fs::path example_folder() {
   return hal::own_file("experiments/light_up", "experiments/light_up");
 }
 
-bool is_python(const std::string& scenario) {
-  return scenario.ends_with(".py");
-}
-
 std::chrono::microseconds answer_time(const hal::Section& scenarios) {
   return scenarios.get("answer_s", std::chrono::microseconds(10'000'000),
                        {.range = {0.1, 3600},

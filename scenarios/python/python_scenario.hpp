@@ -26,7 +26,9 @@ namespace arkmesh::scenarios::python {
 std::filesystem::path package_folder();
 std::filesystem::path example_folder();
 // Whether run.scenario names a file of Python.
-bool is_python(const std::string& scenario);
+inline bool is_python(const std::string& scenario) {
+  return scenario.ends_with(".py");
+}
 // How long its answer is waited for: answer_s of [scenario].
 std::chrono::microseconds answer_time(const hal::Section& scenarios);
 
