@@ -37,7 +37,7 @@ class Child {
   std::uint64_t dropped_output() const { return dropped_; }
   // It owes an answer from now on.
   void begin_to_wait();
-  // That answer is here, and our thread does nothing but wait for such: see OneProcessor.
+  // That answer has come. Not to be called where the lab keeps real time: see OneProcessor.
   void has_answered() { processor_.answered(std::chrono::steady_clock::now() - asked_); }
   // Since then, but for what it waited for a processor meanwhile: a busy machine is no scenario that hangs.
   std::chrono::nanoseconds waited() const;

@@ -33,7 +33,7 @@ OneProcessor::~OneProcessor() {
 void OneProcessor::answered(Duration took) {
   mean_ += (took - mean_) / 32;
   if (joined_ && mean_ > slow) return part();
-  if (joined_ && ::sched_getcpu() != processor_) bind_child();  // for another child's sake the thread was given another
+  if (joined_ && ::sched_getcpu() != processor_) bind_child();  // the thread has moved
   ++answers_;
   if (joined_ && answers_ % looks_every == looks_every - free_answers)
     ::sched_setaffinity(this_thread, sizeof thread_may_, &thread_may_);
@@ -54,7 +54,7 @@ void OneProcessor::bind_child() {
   ::sched_setaffinity(child_, sizeof one, &one);
 }
 
-// The child's threads, too: those begun meanwhile are where it was.
+// Threads that the child started meanwhile are bound as it was.
 void OneProcessor::part() {
   joined_ = false;
   answers_ = 0;

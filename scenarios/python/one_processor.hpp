@@ -1,12 +1,11 @@
 // Keeps a lab's thread and a child that answers it quickly on one processor: to wake another one takes longer than such
-// an answer does (in a virtual machine some 0.1 ms). A child whose answers take long has a processor of its own.
+// an answer does (in a virtual machine some 0.1 ms). A child whose answers take long may run on any processor.
 #pragma once
 
 #include <sched.h>
 #include <sys/types.h>
 
 #include <chrono>
-#include <optional>
 
 namespace arkmesh::scenarios::python {
 
@@ -31,7 +30,7 @@ class OneProcessor {
   void part();
 
   pid_t child_;
-  cpu_set_t thread_may_, child_may_;  // without us
+  cpu_set_t thread_may_, child_may_;  // the processors that they had before
   Duration mean_ = slow;
   int answers_ = 0, processor_ = 0;
   bool joined_ = false;

@@ -229,7 +229,7 @@ class Cell:
                  "second lab": ("lab", self.out / "roark.toml", "--out", self.out / "second")}[who]
         with contextlib.suppress(subprocess.TimeoutExpired):
             code, said = self.command(*words, limit_s=8)
-            if "arkmesh-guard" not in said and who == "ohc":  # it may end before the guard has noticed that the lab is gone
+            if "arkmesh-guard" not in said and who == "ohc":  # it can end before the guard notices that the lab is gone
                 code, said = self.command(*words, limit_s=8)
             self.wrong_if(code == 0 or "arkmesh-guard" not in said, f"{who} ends with {code} and does not say who tells the robots to stand: {said.strip()[-200:]}")
 

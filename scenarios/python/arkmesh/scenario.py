@@ -24,8 +24,8 @@ class Scenario:
     Attributes
     ----------
     every : int
-        frame() is called for each k-th frame only; 1 to 1,000,000. 0: never, for a lab that looks at boundaries only; what frames bring (poses, sensors,
-        messages heard) it does not see.
+        frame() is called for each k-th frame only; 1 to 1,000,000. 0: never, for a lab that acts at boundaries only; its poses, sensors and `heard` are
+        then not updated.
     """
 
     every = 1  # frame() is called for each k-th frame only
