@@ -89,14 +89,6 @@ Candidate candidate(const CircleFit& circle_fit) {
   return one;
 }
 
-double confidence(const Candidate& candidate, double score, double others_r_px) {
-  // A logistic regression: robots and other things that the net had seen in 60 painted rooms and the given pictures.
-  const double off = std::log(candidate.circle_fit.circle.r_px / others_r_px);
-  const double odds = 1.67 * std::log(score / (1 - score)) + 1.21 * candidate.evidence + 0.58 * candidate.shape +
-                      1.16 * candidate.weber + (candidate.circle_fit.darker ? 1.25 : 0) - 2.43;
-  return 1 / (1 + std::exp(60 * off * off - odds));
-}
-
 std::vector<SizeEvidence> size_evidence(std::vector<Candidate> candidates, int width_px, int height_px) {
   std::sort(candidates.begin(), candidates.end());
   std::vector<SizeEvidence> groups;
@@ -230,6 +222,20 @@ Judgement judgement(const Candidate& candidate, const Likeness& others, double t
     if (value < least) least = value, all.objection = objection;
   }
   return all;
+}
+
+double confidence(const Candidate& candidate, const Likeness& others, double tolerance, const NetFind& find) {
+  const Circle& circle = candidate.circle_fit.circle;
+  const double judged = others.weber > 0 ? judgement(candidate, others, tolerance).confidence : candidate.evidence;
+  const auto squared = [](double off) { return std::min(off * off, 0.1); };
+  const double from_others = std::log(circle.r_px / std::max(others.r_at(circle.x_px, circle.y_px), 1.0));
+  const double from_net = std::max(0.0, std::abs(std::log(circle.r_px / find.circle.r_px)) - 0.1);
+  const double score = std::min(find.score, 0.995);
+  // A logistic regression on what edges or the net proposed in 60 rendered rooms (30 to 59, plain and strange) and on
+  // the bench's changed real pictures, at right and wrong sizes.
+  const double odds = 0.88 * std::log(score / (1 - score)) + 2.2 * (candidate.evidence + judged) +
+                      2.96 * candidate.likeness - 195 * (squared(from_others) + squared(from_net)) - 3.2;
+  return 1 / (1 + std::exp(-odds));
 }
 
 Places::Places(double cell_px, int width_px, int height_px)

@@ -23,9 +23,6 @@ struct Candidate {
 
 Candidate candidate(const CircleFit& circle_fit);
 
-// 0..1 that it is a robot, of which the net says `score`, where the others have that radius.
-double confidence(const Candidate& candidate, double score, double others_r_px);
-
 // What the robots of one view have in common.
 struct Likeness {
   double r_px = 0;                  // at the picture's origin ...
@@ -49,6 +46,10 @@ struct Judgement {
   const char* objection;  // what speaks most against it
 };
 Judgement judgement(const Candidate& candidate, const Likeness& others, double tolerance);
+
+// The probability that it is a robot among robots like these, where the net sees that; for a picture in which seven
+// tenths of what is looked at are robots.
+double confidence(const Candidate& candidate, const Likeness& others, double tolerance, const NetFind& find);
 
 // Circles by place, so that neighbours are found without looking at all of them.
 class Places {

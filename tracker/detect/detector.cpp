@@ -9,22 +9,18 @@
 
 #include "tracker/detect/body_search.hpp"
 #include "tracker/detect/candidate.hpp"
-#include "tracker/detect/impostor.hpp"
 #include "tracker/detect/led_neighbours.hpp"
 #include "tracker/detect/led_spot.hpp"
 #include "tracker/detect/levels.hpp"
 #include "tracker/detect/median.hpp"
-#include "tracker/detect/second_opinion.hpp"
+#include "tracker/detect/robot_search.hpp"
 #include "tracker/detect/white_balance.hpp"
 
 namespace arkmesh::tracker {
 
 namespace {
 
-constexpr double usual_net = 0.7;           // the median of robots' is above, 0.77 in the rendered rooms
-constexpr double least_single_shape = 0.9;  // of one among other things; 0.94 on the bench's pictures of one robot
-constexpr std::size_t sizes_in_turn = 4;    // that are tried at most, where most of what is found are no robots
-constexpr int whole_every = 6;              // searches of a camera in which nothing has changed
+constexpr int whole_every = 6;  // searches of a camera in which nothing has changed
 
 }  // namespace
 
@@ -56,24 +52,18 @@ class Detector::Search {
   std::vector<Candidate> look(const cv::Mat& bgr) {
     bodies_.begin(noise_of(bgr));
     std::vector<Candidate> robots = unchanged(bgr);
-    if (robots.empty()) {
-      robots = searched(bgr);
-      // Where edges are weak by themselves, most must be what the net sees, too.
-      if (levels_.gain > 1) {
-        const std::vector<double> scores = second_.scores(robots);
-        const auto agreed = std::ranges::count_if(scores, [](double score) { return score > surely_net; });
-        if (2 * agreed < std::ssize(robots)) robots.clear();
-      }
-    }
+    if (robots.empty()) robots = searched(bgr);
     before_.clear();
     for (const Candidate& one : robots) before_.push_back(one.circle_fit.circle);
     // Three that agree are worth remembering; cameras are refocused and tables tilted, so it drifts along.
     if (!settings_.diameter_px) {
-      if (robots.size() < 3)
+      const double found_px = 2 * BodySearch::median_r_px(robots);
+      if (robots.size() < enough_robots)
         diameter_px_.reset();
+      else if (diameter_px_ && std::abs(found_px / *diameter_px_ - 1) < 0.5 * settings_.diameter_tolerance)
+        *diameter_px_ += 0.3 * (found_px - *diameter_px_);
       else
-        diameter_px_ = diameter_px_ ? *diameter_px_ + 0.3 * (2 * BodySearch::median_r_px(robots) - *diameter_px_)
-                                    : 2 * BodySearch::median_r_px(robots);
+        diameter_px_ = found_px;
     }
     return robots;
   }
@@ -160,10 +150,22 @@ class Detector::Search {
     for (const Circle& one : before_) radii.push_back(one.r_px);
     const double diameter_px = 2 * median(std::move(radii)), near_px = 0.75 * diameter_px;
     std::vector<Candidate> robots = bodies_.at_diameter(bgr, diameter_px);
-    Places places(near_px, bgr.cols, bgr.rows), impostors(near_px, bgr.cols, bgr.rows);
+    Places places(near_px, bgr.cols, bgr.rows), refused(near_px, bgr.cols, bgr.rows);
     for (const Circle& one : before_) places.add(one);
-    for (const Circle& one : impostors_) impostors.add(one);
-    std::erase_if(robots, [&](const Candidate& one) { return impostors.taken(one.circle_fit.circle, near_px / 3); });
+    for (const Circle& one : search_.refused()) refused.add(one);
+    std::erase_if(robots, [&](const Candidate& one) { return refused.taken(one.circle_fit.circle, near_px / 3); });
+    // What only the net had seen: edges may show it where it was.
+    if (robots.size() < before_.size()) {
+      Places found(near_px, bgr.cols, bgr.rows);
+      for (const Candidate& one : robots) found.add(one.circle_fit.circle);
+      for (const Circle& one : before_) {
+        if (found.taken(one, near_px)) continue;
+        auto fit = bodies_.fit(bgr, one, 0.1, true);
+        if (!fit) fit = bodies_.fit(bgr, one, 0.1, false);
+        if (!fit || candidate(*fit).evidence <= 0) return {};
+        robots.push_back(candidate(*fit));
+      }
+    }
     const bool same = robots.size() == before_.size() && std::ranges::all_of(robots, [&](const Candidate& one) {
                         return places.taken(one.circle_fit.circle, near_px);
                       });
@@ -172,79 +174,16 @@ class Detector::Search {
 
   std::vector<Candidate> searched(const cv::Mat& bgr) {
     since_whole_ = 0;
-    impostors_.clear();
-    second_.look_at(bgr);
-    std::vector<Candidate> robots;
-    if (settings_.diameter_px) {
-      robots = bodies_.about_diameter(bgr, *settings_.diameter_px);
-      if (settings_.diameter_told) {
-        // Told by a person, who may be a little wrong: what is found without it counts, too.
-        std::vector<Candidate> untold = of_any_size(bgr);
-        std::erase_if(untold, [&](const Candidate& one) {
-          return std::abs(2 * one.circle_fit.circle.r_px / *settings_.diameter_px - 1) >
-                 1.5 * settings_.diameter_tolerance;
-        });
-        robots = BodySearch::united(bgr, {robots, untold});
-      }
-    } else {
-      if (diameter_px_) robots = bodies_.about_diameter(bgr, *diameter_px_);
-      if (robots.empty()) {
-        diameter_px_.reset();
-        return of_any_size(bgr);
-      }
-    }
-    robots = second_.with_more(std::move(robots), !settings_.diameter_px);
-    erase_impostors(bgr, robots);
-    return robots;
-  }
-
-  // Of the size that has most evidence for it; of the next ones, too, where most of that size are no robots.
-  std::vector<Candidate> of_any_size(const cv::Mat& bgr) {
-    std::vector<SizeEvidence> sizes = bodies_.find_sizes(bgr);
-    sizes.resize(std::clamp<std::size_t>(sizes.size(), 1, sizes_in_turn));
-    std::vector<Candidate> best;
-    double most = 0;
-    for (std::size_t i = 0; i < sizes.size(); ++i) {
-      if (i > 0 && std::abs(sizes[i].r_px / sizes[i - 1].r_px - 1) < 0.03) continue;
-      std::vector<Candidate> robots;
-      if (sizes[i].r_px > 0) robots = bodies_.bodies_or_cells(bgr, 2 * sizes[i].r_px);
-      robots = second_.with_more(std::move(robots), i == 0);
-      const std::size_t before = robots.size();
-      erase_impostors(bgr, robots);
-      const std::size_t after = robots.size();
-      if (after == before && i == 0) return robots;
-      // There only what the net sees, too, is believed.
-      const std::vector<double> scores = second_.scores(robots);
-      std::size_t next = 0;
-      std::erase_if(robots, [&](const Candidate&) { return scores[next++] < surely_net; });
-      if (robots.size() == 1 && robots[0].shape < least_single_shape) robots.clear();
-      double votes = 0;
-      for (const Candidate& one : robots) votes += one.clear * one.evidence;
-      if (votes > most) most = votes, best = std::move(robots);
-      if (2 * after >= before) break;
-    }
-    return best;
-  }
-
-  // Where most, and two at least, look like other round things, and the net agrees, erases those.
-  void erase_impostors(const cv::Mat& bgr, std::vector<Candidate>& robots) {
-    std::vector<const char*> why;
-    for (const Candidate& one : robots) why.push_back(why_no_robot(bgr, one.circle_fit));
-    const auto impostors = std::ranges::count_if(why, [](const char* one) { return one != nullptr; });
-    if (impostors < 2 || 2 * impostors <= std::ssize(robots)) return;
-    const std::vector<double> scores = second_.scores(robots);
-    std::vector<double> doubted;
-    for (std::size_t i = 0; i < robots.size(); ++i)
-      if (why[i]) doubted.push_back(scores[i]);
-    if (median(std::move(doubted)) >= usual_net) return;
-    std::size_t next = 0;
-    std::erase_if(robots, [&](const Candidate& one) {
-      const char* const objection = why[next++];
-      if (!objection) return false;
-      bodies_.object(one.circle_fit.circle, one.evidence, objection);
-      impostors_.push_back(one.circle_fit.circle);
-      return true;
+    search_.look_at(bgr);
+    if (!settings_.diameter_px) return search_.of_any_size(diameter_px_);
+    std::vector<Candidate> robots = search_.about_diameter(*settings_.diameter_px);
+    if (!settings_.diameter_told) return robots;
+    // Told by a person, who may be a little wrong: what is found without it counts, too.
+    std::vector<Candidate> untold = search_.of_any_size({});
+    std::erase_if(untold, [&](const Candidate& one) {
+      return std::abs(2 * one.circle_fit.circle.r_px / *settings_.diameter_px - 1) > 1.5 * settings_.diameter_tolerance;
     });
+    return BodySearch::united(bgr, {robots, untold});
   }
 
   std::vector<Detection> with_leds(const cv::Mat& bgr, const std::vector<Candidate>& candidates) {
@@ -276,10 +215,9 @@ class Detector::Search {
   bool monochrome_ = false;       // likewise
   Levels levels_;                 // with which its bodies were looked for
   BodySearch bodies_;
-  SecondOpinion second_{settings_, bodies_};
-  std::vector<Circle> before_;     // what the last search found
-  std::vector<Circle> impostors_;  // what the last whole one erased
-  int since_whole_ = 0;            // searches
+  RobotSearch search_{settings_, bodies_};
+  std::vector<Circle> before_;  // what the last search found
+  int since_whole_ = 0;         // searches
 };
 
 Detector::Detector(const DetectorSettings& settings) : search_(std::make_unique<Search>(settings)) {}

@@ -6,48 +6,20 @@ it: its robots have a radius of some 5 pixels, or, a third of them, another one,
 import cv2
 import numpy as np
 
-TAU = 2 * np.pi
+from things import TAU, add_spot, box, disc, noise, point, things, tinted, write
+
 SIZE = 160  # of a picture's sides
 LEDS = np.array([[(i >> 2) & 1, (i >> 1) & 1, i & 1] for i in range(1, 8)], float)  # blue, green, red
 
 
-def noise(rng, shape, cell):
-    """Smooth noise of about -1..1 whose patches have `cell` pixels."""
-    small = rng.normal(0, 1, (max(2, int(shape[0] / cell) + 2), max(2, int(shape[1] / cell) + 2))).astype(np.float32)
-    return cv2.resize(small, (shape[1], shape[0]), interpolation=cv2.INTER_CUBIC)
-
-
-def tinted(rng, grey, spread):
-    return np.clip(grey * (1 + rng.normal(0, spread, 3)), 0, 255)
-
-
-def point(centre, angle, far):
-    return centre[0] + far * np.cos(angle), centre[1] + far * np.sin(angle)
-
-
-def fixed(*values):
-    """OpenCV's coordinates with four bits behind the point."""
-    return tuple(int(round(v * 16)) for v in values)
-
-
-def disc(canvas, centre, radius, colour, thick=-1):
-    cv2.circle(canvas, fixed(*centre), max(1, int(radius * 16)), tuple(map(float, np.ravel(colour))), thick,
-               cv2.LINE_8, 4)
-
-
-def box(canvas, centre, angle, length, width, colour):
-    along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
-    corners = [np.array(centre) + a * along * length + b * across * width for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
-    cv2.fillPoly(canvas, [np.round(np.array(corners) * 16).astype(np.int32)], tuple(map(float, np.ravel(colour))),
-                 cv2.LINE_8, 4)
-
-
-def floor_of(rng, h, w, r):
-    grey = rng.choice([rng.uniform(120, 240), rng.uniform(120, 240), rng.uniform(60, 140), rng.uniform(15, 70)])
+def floor_of(rng, h, w, r, board):
+    grey = rng.choice([rng.uniform(120, 240), rng.uniform(120, 240), rng.uniform(60, 140), rng.uniform(15, 70), board * rng.uniform(0.7, 1.5)],
+                      p=[0.24, 0.24, 0.2, 0.2, 0.12])
     out = np.ones((h, w, 3), np.float32) * tinted(rng, grey, rng.choice([0.02, 0.05, 0.25], p=[0.5, 0.35, 0.15])).astype(np.float32)
     y, x = np.mgrid[0:h, 0:w].astype(np.float32)
     for _ in range(rng.integers(0, 4)):
-        out *= 1 + rng.uniform(0, 0.1) * rng.random() * noise(rng, (h, w), r * 10 ** rng.uniform(-0.7, 1))[..., None]
+        strong = rng.choice([0.1, 0.5], p=[0.9, 0.1])
+        out *= np.maximum(0.1, 1 + rng.uniform(0, strong) * rng.random() * noise(rng, (h, w), r * 10 ** rng.uniform(-1, 1)))[..., None]
     kind = rng.random()
     turn = rng.uniform(0, TAU)
     along = x * np.cos(turn) + y * np.sin(turn)
@@ -63,76 +35,17 @@ def floor_of(rng, h, w, r):
     elif kind < 0.2:  # wood, cloth
         out *= 1 + rng.uniform(0.03, 0.2) * np.sin(across / period * 3 + 2 * noise(rng, (h, w), 4 * r))[..., None]
     elif kind < 0.32:  # print and handwriting
-        ink = tinted(rng, rng.uniform(0, 120), 0.2)
-        for _ in range(rng.integers(3, 40)):
-            words = "".join(rng.choice(list("abcdeghopqO0689BRDQ@%&#mnst ")) for _ in range(rng.integers(1, 9)))
-            cv2.putText(out, words, (int(rng.uniform(-20, w)), int(rng.uniform(0, h))), int(rng.integers(0, 8)),
-                        r * rng.uniform(0.02, 0.14), ink.tolist(), int(max(1, r * rng.uniform(0.05, 0.4))), cv2.LINE_AA)
-    elif kind < 0.36:  # projected or painted areas
+        write(rng, out, r, rng.integers(3, 40))
+    elif kind < 0.38:  # small print, as bits of ink in rows
+        bits = (rng.random((max(2, int(6 * h / period)), max(2, int(w * 10 ** rng.uniform(0.2, 1) / period)))) < rng.uniform(0.15, 0.6)) * 1.0
+        bits[::rng.integers(2, 5)] = 0
+        bits = cv2.warpAffine(cv2.resize(bits, (w, h), interpolation=cv2.INTER_NEAREST),
+                              cv2.getRotationMatrix2D((w / 2, h / 2), rng.choice([0, 90, rng.uniform(0, 360)]), 1), (w, h))
+        out *= 1 - rng.uniform(0.2, 0.9) * bits[..., None].astype(np.float32)
+    elif kind < 0.42:  # projected or painted areas
         for _ in range(rng.integers(1, 6)):
             disc(out, (rng.uniform(0, w), rng.uniform(0, h)), r * rng.uniform(1.5, 12), tinted(rng, rng.uniform(30, 255), 0.5))
     return out
-
-
-def things(rng, canvas, r, count):
-    """What lies about and is no robot."""
-    h, w = canvas.shape[:2]
-    for _ in range(count):
-        at = rng.uniform(-10, w + 10), rng.uniform(-10, h + 10)
-        colour = tinted(rng, rng.choice([rng.uniform(0, 60), rng.uniform(40, 255)]), rng.choice([0.03, 0.4]))
-        other = tinted(rng, rng.uniform(0, 255), 0.2)
-        turn, kind, large = rng.uniform(0, TAU), rng.integers(0, 14), r * 10 ** rng.uniform(-0.7, 0.7)
-        if kind == 0:  # bars, walls, clamps, rails
-            box(canvas, at, turn, r * rng.uniform(2, 40), r * rng.uniform(0.1, 2), colour)
-        elif kind == 1:  # boxes, paper, electronics
-            box(canvas, at, turn, large * 1.5, large * rng.uniform(0.5, 1.5), colour)
-            for _ in range(rng.integers(0, 25)):
-                box(canvas, (at[0] + rng.normal(0, large * 0.6), at[1] + rng.normal(0, large * 0.6)),
-                    turn + rng.integers(0, 2) * np.pi / 2, large * rng.uniform(0.02, 0.4), large * rng.uniform(0.02, 0.3),
-                    tinted(rng, rng.uniform(0, 255), 0.2))
-        elif kind == 2:  # cables
-            steps = np.cumsum(rng.normal(0, 0.25, 40)) + turn
-            line = np.cumsum(np.stack([np.cos(steps), np.sin(steps)], 1) * r * 0.7, 0) + at
-            cv2.polylines(canvas, [np.round(line * 16).astype(np.int32)], False, colour.tolist(),
-                          max(1, int(r * rng.uniform(0.1, 0.6))), cv2.LINE_AA, 4)
-        elif kind == 3:  # plain discs: caps, coins, holes
-            disc(canvas, at, large, colour)
-        elif kind == 4:  # rings
-            disc(canvas, at, large, colour)
-            disc(canvas, at, large * rng.uniform(0.5, 0.95), canvas[int(np.clip(at[1] + 1.5 * large, 0, h - 1)),
-                                                                     int(np.clip(at[0], 0, w - 1))])
-        elif kind == 5:  # knobs and lids: a rim of little contrast
-            disc(canvas, at, large, colour)
-            disc(canvas, (at[0] + 0.1 * large, at[1]), large * rng.uniform(0.2, 0.9), colour * rng.uniform(0.8, 1.2))
-        elif kind == 6:  # hands
-            skin = np.array([110, 140, 195.0]) * rng.uniform(0.5, 1.25)
-            for finger in range(5):
-                end = point(at, turn + 0.3 * finger, r * rng.uniform(3, 7))
-                cv2.line(canvas, fixed(*at), fixed(*end), skin.tolist(), max(1, int(r * 1.2)), cv2.LINE_AA, 4)
-            disc(canvas, at, 2.5 * r, skin)
-        elif kind == 7:  # frame corners
-            box(canvas, at, turn, large, 0.2 * r, colour)
-            box(canvas, point(at, turn, large), turn + np.pi / 2, large, 0.2 * r, colour)
-        elif kind == 8:  # spots of light
-            y, x = np.mgrid[0:h, 0:w].astype(np.float32)
-            d = ((x - at[0]) ** 2 + (y - at[1]) ** 2) / large ** 2
-            canvas += (rng.uniform(20, 250) * np.exp(-d ** rng.choice([1, 3]) / 2))[..., None].astype(np.float32)
-        elif kind == 9:  # shadows of something
-            box(canvas, at, turn, large, large * rng.uniform(0.2, 1), canvas.mean((0, 1)) * rng.uniform(0.3, 0.8))
-        elif kind == 10:  # screws, specks
-            for _ in range(rng.integers(3, 30)):
-                disc(canvas, (at[0] + rng.normal(0, 3 * r), at[1] + rng.normal(0, 3 * r)), r * rng.uniform(0.05, 0.5), colour)
-        elif kind == 11:  # round boards without a cell, with parts
-            disc(canvas, at, large, colour * 0.5)
-            for _ in range(rng.integers(3, 25)):
-                box(canvas, point(at, rng.uniform(0, TAU), large * rng.uniform(0, 0.85)), rng.uniform(0, 3),
-                    large * rng.uniform(0.03, 0.4), large * rng.uniform(0.03, 0.2), tinted(rng, rng.uniform(0, 255), 0.2))
-        elif kind == 12:  # a toppled robot
-            box(canvas, at, turn, r, 0.45 * r, tinted(rng, rng.uniform(10, 60), 0.1))
-            box(canvas, point(at, turn + 1.57, 0.25 * r), turn, 0.65 * r, 0.2 * r, other)
-        else:  # half a disc
-            cv2.ellipse(canvas, (int(at[0]), int(at[1])), (int(large) + 1, int(large) + 1), np.degrees(turn), 0, 180,
-                        colour.tolist(), -1, cv2.LINE_AA)
 
 
 class Look:
@@ -225,18 +138,6 @@ def paint_robot(rng, canvas, x, y, r, turn, look, middle):
         canvas[y0:y1, x0:x1] = canvas[y0:y1, x0:x1] * (1 - cover[part]) + layer[part]
 
 
-def add_spot(canvas, at, sigma, colour):
-    h, w = canvas.shape[:2]
-    reach = int(4 * sigma) + 2
-    x0, y0 = max(0, int(at[0]) - reach), max(0, int(at[1]) - reach)
-    x1, y1 = min(w, int(at[0]) + reach), min(h, int(at[1]) + reach)
-    if x1 <= x0 or y1 <= y0:
-        return
-    y, x = np.mgrid[y0:y1, x0:x1].astype(np.float32)
-    d = ((x - at[0]) ** 2 + (y - at[1]) ** 2) / sigma ** 2
-    canvas[y0:y1, x0:x1] += np.exp(-d / 2)[..., None] * np.asarray(colour, np.float32)
-
-
 def places(rng, size, r, count):
     """Where robots stand, apart or touching."""
     found = []
@@ -257,13 +158,14 @@ def room(seed):
     """A BGR picture, and x, y, r of its robots, in pixels."""
     rng = np.random.default_rng([27, seed])
     scale = float(rng.choice([1, 1, 1.5, 2, 3]))  # the camera's pixels to one of the net's
-    wanted = rng.uniform(3.7, 6.6) if rng.random() < 0.68 else rng.choice([rng.uniform(1.5, 2.8), rng.uniform(8.2, 12), rng.uniform(8.2, 40)])
+    wanted = rng.uniform(3.7, 6.6) if rng.random() < 0.68 else rng.choice([rng.uniform(1.5, 3), rng.uniform(7.2, 9), rng.uniform(7.2, 12), rng.uniform(8, 40)])
     r, size = wanted * scale, int(SIZE * scale)
-    canvas = floor_of(rng, size, size, r)
-    things(rng, canvas, r, rng.poisson(rng.choice([0, 2, 6])))
     look = Look(rng)
+    canvas = floor_of(rng, size, size, r, look.board.mean())
+    empty = rng.random() < 0.2
+    things(rng, canvas, r, rng.poisson(rng.choice([6, 15, 30] if empty else [0, 2, 6, 12])))
     most = int((size / r) ** 2 / 4 * 0.6) + 1
-    count = 0 if rng.random() < 0.1 else min(most, int(rng.choice([rng.integers(1, 6), rng.integers(4, 40), rng.integers(20, 120)])))
+    count = 0 if empty else min(most, int(rng.choice([rng.integers(1, 6), rng.integers(4, 40), rng.integers(20, 120)])))
     robots = places(rng, size, r, count)
     # Shadows and what a mirroring floor shows.
     drop, soft, dark = rng.uniform(0, 0.6) * r, rng.uniform(0.05, 0.5) * r, rng.uniform(0, 0.75)
@@ -324,9 +226,14 @@ def room(seed):
         kernel = np.zeros((length, length), np.float32)
         cv2.line(kernel, (0, int(rng.integers(length))), (length - 1, int(rng.integers(length))), 1.0)
         canvas = cv2.filter2D(canvas, -1, kernel / kernel.sum())
-    canvas *= np.exp(rng.normal(0, rng.choice([0.03, 0.2], p=[0.7, 0.3]), 3)).astype(np.float32)
-    haze = rng.choice([0, rng.uniform(0, 60)])
-    canvas = 255 * (np.clip(canvas, 0, 255) / 255) ** rng.uniform(0.75, 1.35) * (1 - haze / 255) + haze
+    canvas *= np.exp(rng.normal(0, rng.choice([0.03, 0.2, 0.4], p=[0.65, 0.28, 0.07]), 3)).astype(np.float32)
+    haze = rng.choice([0, rng.uniform(0, 60)]) * np.ones((size, size, 1), np.float32)
+    if rng.random() < 0.12:  # in a part of it
+        steep = 10 ** rng.uniform(0.3, 1.5)
+        haze += rng.uniform(30, 190) / (1 + np.exp(-steep * (x * np.cos(way := rng.uniform(0, TAU)) + y * np.sin(way) + rng.uniform(-0.3, 0.3))))[..., None]
+    haze = np.minimum(haze, 200)
+    curve = rng.choice([rng.uniform(0.75, 1.35), rng.uniform(0.45, 2.2)], p=[0.8, 0.2])
+    canvas = 255 * (np.clip(canvas, 0, 255) / 255) ** curve * (1 - haze / 255) + haze
     if rng.random() < 0.25:  # sharpened
         canvas += rng.uniform(0.3, 1.5) * (canvas - cv2.GaussianBlur(canvas, (0, 0), 1.2))
     canvas += rng.normal(0, rng.uniform(0.3, 8) * rng.choice([0.3, 1]), canvas.shape)

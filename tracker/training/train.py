@@ -3,6 +3,7 @@
 
 Usage: train.py OUT.onnx [ROOMS] [EPOCHS]
 """
+import multiprocessing
 import sys
 import time
 
@@ -25,7 +26,7 @@ class SearchNet(nn.Module):
     def __init__(self):
         super().__init__()
         layers = []
-        for taken, given, step, wide in ((3, 8, 2, 1), (8, 24, 2, 1), (24, 24, 1, 1), (24, 24, 1, 2)):
+        for taken, given, step, wide in ((3, 8, 2, 1), (8, 24, 2, 1), (24, 24, 1, 1), (24, 24, 1, 2), (24, 24, 1, 1)):
             layers += [nn.Conv2d(taken, given, 3, step, wide, dilation=wide), nn.BatchNorm2d(given), nn.ReLU()]
         self.layers = nn.Sequential(*layers, nn.Conv2d(24, 4, 1))
         self.layers[-1].bias.data[0] = -4
@@ -44,13 +45,13 @@ def target(truth):
         cx, cy = (px + 0.5) / CELL - 0.5, (py + 0.5) / CELL - 0.5
         inside = min(px, py, rooms.SIZE - 1 - px, rooms.SIZE - 1 - py)
         d2 = (x - cx) ** 2 + (y - cy) ** 2
-        if 3.6 <= r <= 6.8 and inside > 0.4 * r:
+        if 3.6 <= r <= 6.7 and inside > 0.4 * r:
             heat = np.maximum(heat, np.exp(-d2 / (2 * 0.7**2)))
             closer = d2 < nearest
             nearest = np.where(closer, d2, nearest)
             for part, value in enumerate((cx - x, cy - y, np.full_like(x, np.log(r / 5)))):
                 places[part] = np.where(closer, value, places[part])
-        elif 2.8 < r < 8.2:  # a robot, but not wholly; or nearly of the size: no matter
+        elif 3.1 < r < 7.1:  # a robot, but not wholly; or nearly of the size: no matter
             weight[d2 < (r / CELL) ** 2] = 0
     here = (nearest < 1.3**2).astype(np.float32)
     return np.concatenate([heat[None], weight[None], here[None], places]).astype(np.float32)
@@ -79,7 +80,7 @@ def turned(pictures, truths, how):
     return pictures, truths
 
 
-def train(pictures, truths, epochs, held_out=200):
+def train(pictures, truths, epochs, held_out=400):
     torch.manual_seed(SEED)
     torch.set_num_threads(1)
     chance = np.random.default_rng(SEED)
@@ -106,8 +107,42 @@ def train(pictures, truths, epochs, held_out=200):
             print(f"step {step + 1} of {steps}, loss {sum_ / 200:.3f}, {time.time() - began:.0f} s", flush=True)
             sum_ = 0.0
     net.eval()
+    calibrate(net, pictures[count:], truths[count:])
     print(accuracy(net, pictures[count:], truths[count:]))
     return net
+
+
+def calibrate(net, pictures, truths):
+    """Scales the net's scores, by logistic regression on rooms not trained on, so that they are probabilities."""
+    with torch.no_grad():
+        answer = torch.cat([net(torch.from_numpy(np.ascontiguousarray(part.transpose(0, 3, 1, 2))).float() / 255)
+                            for part in np.array_split(pictures, 1 + len(pictures) // 50)])
+    peaks = answer[:, 0] == F.max_pool2d(answer[:, :1], 3, 1, 1)[:, 0]
+    odds, right = [], []
+    for k, truth in enumerate(truths):
+        y, x = np.nonzero((peaks[k] & (answer[k, 0] > -3)).numpy())
+        at = np.stack([(x + answer[k, 1, y, x].numpy() + 0.5) * CELL - 0.5, (y + answer[k, 2, y, x].numpy() + 0.5) * CELL - 0.5], 1)
+        for place, sure in zip(at, answer[k, 0, y, x].tolist()):
+            far = np.hypot(*(truth[:, :2] - place).T) / truth[:, 2] if len(truth) else np.array([9.0])
+            size = truth[far.argmin(), 2] if len(truth) else 5
+            inside = min(*place, *(rooms.SIZE - 1 - place)) > 0.4 * size
+            if far.min() > 0.6 or (far.min() < 0.3 and 3.6 <= size <= 6.7 and inside):
+                odds.append(sure), right.append(far.min() < 0.3)
+    odds, right, scale = torch.tensor(odds), torch.tensor(right).float(), torch.tensor([1.0, 0.0], requires_grad=True)
+    fit = torch.optim.LBFGS([scale], max_iter=100)
+
+    def loss():
+        fit.zero_grad()
+        wrong = F.binary_cross_entropy_with_logits(scale[0] * odds + scale[1], right)
+        wrong.backward()
+        return wrong
+
+    fit.step(loss)
+    slope, shift = scale.tolist()
+    print(f"scores are made probabilities: {slope:.2f} of the logit {shift:+.2f}, {int(right.sum())} robots among {len(right)} places")
+    last = net.layers[-1]
+    last.weight.data[0] *= slope
+    last.bias.data[0] = slope * last.bias.data[0] + shift
 
 
 def accuracy(net, pictures, truths):
@@ -143,5 +178,6 @@ def write(net, path):
 
 if __name__ == "__main__":
     cv2.setNumThreads(1)
-    made = [rooms.room(seed) for seed in range(int(sys.argv[2]) if len(sys.argv) > 2 else 4000)]
-    write(train(np.stack([m[0] for m in made]), [m[1] for m in made], int(sys.argv[3]) if len(sys.argv) > 3 else 14), sys.argv[1])
+    with multiprocessing.Pool() as pool:
+        made = pool.map(rooms.room, range(int(sys.argv[2]) if len(sys.argv) > 2 else 8000), 16)
+    write(train(np.stack([m[0] for m in made]), [m[1] for m in made], int(sys.argv[3]) if len(sys.argv) > 3 else 15), sys.argv[1])

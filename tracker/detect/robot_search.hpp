@@ -1,0 +1,53 @@
+// The search for robots by their edges and by the trained net together: either proposes circles, and both say how
+// probably each is a robot.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "tracker/detect/body_search.hpp"
+#include "tracker/detect/search_net.hpp"
+
+namespace arkmesh::tracker {
+
+inline constexpr std::size_t enough_robots = 3;  // to believe that a picture shows robots
+
+class RobotSearch {
+ public:
+  RobotSearch(const DetectorSettings& settings, BodySearch& bodies) : settings_(settings), bodies_(bodies) {}
+
+  // Takes a picture, which must outlive the other calls. BodySearch::begin() comes before.
+  void look_at(const cv::Mat& bgr);
+  // Robots of about that size, the surest first; their evidence is the probability that they are robots.
+  std::vector<Candidate> about_diameter(double diameter_px);
+  // Of the size for which there is most evidence, be it `diameter_px` if that is given.
+  std::vector<Candidate> of_any_size(std::optional<double> diameter_px);
+  // What edges proposed since look_at() at the sizes of what was returned last, and what is no robot.
+  const std::vector<Circle>& refused() const { return last_.refused; }
+
+ private:
+  // Robots of one size, and what was refused there.
+  struct OfSize {
+    std::vector<Candidate> robots;
+    std::vector<Circle> refused;
+    double votes = 0;
+    bool convincing = false;  // enough, most of them beyond doubt and dark, and most of what was looked at
+  };
+
+  // `proposed`: by edges.
+  OfSize of_size(double diameter_px, std::vector<Candidate> proposed);
+  // Those and what the net sees besides, each with its probability.
+  std::vector<Candidate> looked_at(std::vector<Candidate> proposed, double r_px);
+  std::vector<SizeEvidence> sizes_of_net();
+  // The likeliest circle where the net sees a robot: one that edges have there, or else the net's own.
+  Candidate measured(const NetFind& find, const Likeness& others);
+
+  const DetectorSettings& settings_;
+  BodySearch& bodies_;
+  SearchNet net_;
+  cv::Mat bgr_;
+  OfSize last_;
+};
+
+}  // namespace arkmesh::tracker

@@ -1,0 +1,193 @@
+"""What lies about in pictures of rooms and is no robot; and what draws it.
+
+Drawn on pictures of floats, blue first, 0..255 and above; lengths are in pixels, `r` is a robot's radius.
+"""
+import cv2
+import numpy as np
+
+TAU = 2 * np.pi
+
+
+def noise(rng, shape, cell):
+    """Smooth noise of about -1..1 whose patches have `cell` pixels."""
+    small = rng.normal(0, 1, (max(2, int(shape[0] / cell) + 2), max(2, int(shape[1] / cell) + 2))).astype(np.float32)
+    return cv2.resize(small, (shape[1], shape[0]), interpolation=cv2.INTER_CUBIC)
+
+
+def tinted(rng, grey, spread):
+    return np.clip(grey * (1 + rng.normal(0, spread, 3)), 0, 255)
+
+
+def point(centre, angle, far):
+    return centre[0] + far * np.cos(angle), centre[1] + far * np.sin(angle)
+
+
+def fixed(*values):
+    """OpenCV's coordinates with four bits behind the point."""
+    return tuple(int(round(v * 16)) for v in values)
+
+
+def disc(canvas, centre, radius, colour, thick=-1):
+    cv2.circle(canvas, fixed(*centre), max(1, int(radius * 16)), tuple(map(float, np.ravel(colour))), thick,
+               cv2.LINE_8, 4)
+
+
+def box(canvas, centre, angle, length, width, colour):
+    along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    corners = [np.array(centre) + a * along * length + b * across * width for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
+    cv2.fillPoly(canvas, [np.round(np.array(corners) * 16).astype(np.int32)], tuple(map(float, np.ravel(colour))),
+                 cv2.LINE_8, 4)
+
+
+def add_spot(canvas, at, sigma, colour):
+    h, w = canvas.shape[:2]
+    reach = int(4 * sigma) + 2
+    x0, y0 = max(0, int(at[0]) - reach), max(0, int(at[1]) - reach)
+    x1, y1 = min(w, int(at[0]) + reach), min(h, int(at[1]) + reach)
+    if x1 <= x0 or y1 <= y0:
+        return
+    y, x = np.mgrid[y0:y1, x0:x1].astype(np.float32)
+    d = ((x - at[0]) ** 2 + (y - at[1]) ** 2) / sigma ** 2
+    canvas[y0:y1, x0:x1] += np.exp(-d / 2)[..., None] * np.asarray(colour, np.float32)
+
+
+def write(rng, canvas, r, count):
+    ink, h, w = tinted(rng, rng.uniform(0, 120), 0.2), *canvas.shape[:2]
+    for _ in range(count):
+        words = "".join(rng.choice(list("abcdeghopqO0689BRDQ@%&#mnstKLX .")) for _ in range(rng.integers(1, 12)))
+        cv2.putText(canvas, words, (int(rng.uniform(-20, w)), int(rng.uniform(0, h))), int(rng.integers(0, 8)),
+                    r * rng.uniform(0.02, 0.14), ink.tolist(), int(max(1, r * rng.uniform(0.05, 0.4))), cv2.LINE_AA)
+
+
+def round_thing(rng, canvas, at, r, look):
+    """Lids, caps, coins, pads, capacitors: a disc with a rim, perhaps toothed, and something on it. `look` seeds what
+    is alike in all of a kind."""
+    alike = np.random.default_rng(look)
+    colour, other, dark = (tinted(alike, alike.uniform(5, 250), 0.25) for _ in range(3))
+    r = r * alike.choice([1, rng.uniform(0.9, 1.1)])
+    if alike.random() < 0.3:
+        disc(canvas, point(at, alike.uniform(0, TAU), 0.2 * r), 1.05 * r, canvas.mean((0, 1)) * 0.6)
+    teeth = int(alike.integers(12, 45)) if alike.random() < 0.4 else 0
+    if teeth:
+        angles = np.arange(2 * teeth) * np.pi / teeth + rng.uniform(0, 1)
+        far = r * np.where(np.arange(2 * teeth) % 2, alike.uniform(0.8, 0.95), 1)
+        cv2.fillPoly(canvas, [np.round(np.stack([at[0] + far * np.cos(angles), at[1] + far * np.sin(angles)], 1) * 16).astype(np.int32)],
+                     colour.tolist(), cv2.LINE_8, 4)
+    else:
+        disc(canvas, at, r, colour)
+    inner = alike.uniform(0.4, 0.92)
+    if alike.random() < 0.8:
+        disc(canvas, at, inner * r, colour * alike.uniform(0.6, 1.5) if alike.random() < 0.5 else other)
+    turn = rng.uniform(0, TAU)
+    for _ in range(alike.integers(0, 4)):  # scratches, letters, slots, marks
+        box(canvas, point(at, rng.uniform(0, TAU), r * rng.uniform(0, 0.5)), turn + alike.integers(0, 2) * np.pi / 2, r * alike.uniform(0.1, 0.6),
+            r * alike.uniform(0.03, 0.12), dark)
+    if alike.random() < 0.3:  # half of it, as on capacitors
+        cv2.ellipse(canvas, (int(at[0]), int(at[1])), (int(0.9 * r) + 1, int(0.9 * r) + 1), np.degrees(turn), -40, 40, dark.tolist(), -1, cv2.LINE_AA)
+    if alike.random() < 0.4:
+        for _ in range(alike.integers(1, 14)):
+            disc(canvas, point(at, rng.uniform(0, TAU), r * rng.uniform(0, inner)), r * alike.uniform(0.04, 0.15), tinted(rng, rng.uniform(20, 230), 0.1))
+    if alike.random() < 0.4:
+        add_spot(canvas, point(at, alike.uniform(0, TAU), 0.4 * r), r * alike.uniform(0.1, 0.4), np.full(3, alike.uniform(30, 200)))
+
+
+def electronics(rng, canvas, at, r, turn, large):
+    """A board with rows of pins, holes, chips, wires, and round parts."""
+    along, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
+    wide = large * rng.uniform(0.4, 1)
+    box(canvas, at, turn, large, wide, rng.choice([[40, 90, 40], [110, 60, 20], [35, 35, 35], [40, 40, 130], [200, 200, 200]]) * rng.uniform(0.4, 1.4))
+    anywhere = lambda: at + along * rng.uniform(-large, large) + across * rng.uniform(-wide, wide)
+    for _ in range(rng.integers(0, 12)):  # wires
+        start = anywhere()
+        for way in rng.permutation([along, across]):
+            end = start + way * rng.normal(0, large / 2)
+            cv2.line(canvas, fixed(*start), fixed(*end), tinted(rng, rng.uniform(30, 220), 0.2).tolist(), max(1, int(r * rng.uniform(0.03, 0.2))), cv2.LINE_AA, 4)
+            start = end
+    for _ in range(rng.integers(0, 12)):  # chips
+        box(canvas, anywhere(), turn, r * 10 ** rng.uniform(-0.9, 0.5), r * 10 ** rng.uniform(-0.9, 0.3), tinted(rng, rng.choice([25, rng.uniform(0, 240)]), 0.1))
+    for _ in range(rng.integers(1, 5)):  # rows and grids of holes and pins
+        start, look, size = anywhere(), int(rng.integers(1 << 30)), r * 10 ** rng.uniform(-0.8, 0.1)
+        step = size * rng.uniform(2.1, 3.5)
+        for i in range(rng.integers(2, 12)):
+            for k in range(rng.choice([1, 2, 5])):
+                round_thing(rng, canvas, tuple(start + step * (i * along + k * across)), size, look)
+    for _ in range(rng.integers(0, 6)):
+        round_thing(rng, canvas, tuple(anywhere()), r * 10 ** rng.uniform(-0.5, 0.3), int(rng.integers(1 << 30)))
+
+
+def things(rng, canvas, r, count):
+    """What lies about and is no robot."""
+    of_one_kind = int(rng.integers(1 << 30))
+    h, w = canvas.shape[:2]
+    for _ in range(count):
+        at = rng.uniform(-10, w + 10), rng.uniform(-10, h + 10)
+        colour = tinted(rng, rng.choice([rng.uniform(0, 60), rng.uniform(40, 255)]), rng.choice([0.03, 0.4]))
+        other = tinted(rng, rng.uniform(0, 255), 0.2)
+        turn, kind, large = rng.uniform(0, TAU), rng.integers(0, 21), r * 10 ** rng.uniform(-0.7, 0.7)
+        if kind == 0:  # bars, walls, clamps, rails
+            box(canvas, at, turn, r * rng.uniform(2, 40), r * rng.uniform(0.1, 2), colour)
+        elif kind == 1:  # boxes, paper, electronics
+            box(canvas, at, turn, large * 1.5, large * rng.uniform(0.5, 1.5), colour)
+            for _ in range(rng.integers(0, 25)):
+                box(canvas, (at[0] + rng.normal(0, large * 0.6), at[1] + rng.normal(0, large * 0.6)),
+                    turn + rng.integers(0, 2) * np.pi / 2, large * rng.uniform(0.02, 0.4), large * rng.uniform(0.02, 0.3),
+                    tinted(rng, rng.uniform(0, 255), 0.2))
+        elif kind == 2:  # cables
+            steps = np.cumsum(rng.normal(0, 0.25, 40)) + turn
+            line = np.cumsum(np.stack([np.cos(steps), np.sin(steps)], 1) * r * 0.7, 0) + at
+            cv2.polylines(canvas, [np.round(line * 16).astype(np.int32)], False, colour.tolist(),
+                          max(1, int(r * rng.uniform(0.1, 0.6))), cv2.LINE_AA, 4)
+        elif kind == 3:  # plain discs: caps, coins, holes
+            disc(canvas, at, large, colour)
+        elif kind == 4:  # rings
+            disc(canvas, at, large, colour)
+            disc(canvas, at, large * rng.uniform(0.5, 0.95), canvas[int(np.clip(at[1] + 1.5 * large, 0, h - 1)),
+                                                                     int(np.clip(at[0], 0, w - 1))])
+        elif kind == 5:  # knobs and lids: a rim of little contrast
+            disc(canvas, at, large, colour)
+            disc(canvas, (at[0] + 0.1 * large, at[1]), large * rng.uniform(0.2, 0.9), colour * rng.uniform(0.8, 1.2))
+        elif kind == 6:  # hands
+            skin = np.array([110, 140, 195.0]) * rng.uniform(0.5, 1.25)
+            for finger in range(5):
+                end = point(at, turn + 0.3 * finger, r * rng.uniform(3, 7))
+                cv2.line(canvas, fixed(*at), fixed(*end), skin.tolist(), max(1, int(r * 1.2)), cv2.LINE_AA, 4)
+            disc(canvas, at, 2.5 * r, skin)
+        elif kind == 7:  # frame corners
+            box(canvas, at, turn, large, 0.2 * r, colour)
+            box(canvas, point(at, turn, large), turn + np.pi / 2, large, 0.2 * r, colour)
+        elif kind == 8:  # spots of light
+            y, x = np.mgrid[0:h, 0:w].astype(np.float32)
+            d = ((x - at[0]) ** 2 + (y - at[1]) ** 2) / large ** 2
+            canvas += (rng.uniform(20, 250) * np.exp(-d ** rng.choice([1, 3]) / 2))[..., None].astype(np.float32)
+        elif kind == 18:  # stains
+            y, x = np.mgrid[0:h, 0:w].astype(np.float32)
+            x, y = (x - at[0]) * np.cos(turn) + (y - at[1]) * np.sin(turn), (y - at[1]) * np.cos(turn) - (x - at[0]) * np.sin(turn)
+            canvas *= 1 - rng.uniform(0.1, 0.9) * np.exp(-(x**2 + rng.uniform(1, 6) * y**2) / (2 * (0.6 * r)**2))[..., None]
+        elif kind == 19:  # loops
+            cv2.ellipse(canvas, (int(at[0]), int(at[1])), (int(large) + 1, int(large * rng.uniform(0.4, 1)) + 1), np.degrees(turn), 0,
+                        rng.uniform(180, 360), colour.tolist(), max(1, int(r * rng.uniform(0.1, 0.4))), cv2.LINE_AA)
+        elif kind == 9:  # shadows of something
+            box(canvas, at, turn, large, large * rng.uniform(0.2, 1), canvas.mean((0, 1)) * rng.uniform(0.3, 0.8))
+        elif kind == 10:  # screws, specks
+            for _ in range(rng.integers(3, 30)):
+                disc(canvas, (at[0] + rng.normal(0, 3 * r), at[1] + rng.normal(0, 3 * r)), r * rng.uniform(0.05, 0.5), colour)
+        elif kind == 11:  # round boards without a cell, with parts
+            disc(canvas, at, large, colour * 0.5)
+            for _ in range(rng.integers(3, 25)):
+                box(canvas, point(at, rng.uniform(0, TAU), large * rng.uniform(0, 0.85)), rng.uniform(0, 3),
+                    large * rng.uniform(0.03, 0.4), large * rng.uniform(0.03, 0.2), tinted(rng, rng.uniform(0, 255), 0.2))
+        elif kind == 12:  # a toppled robot
+            box(canvas, at, turn, r, 0.45 * r, tinted(rng, rng.uniform(10, 60), 0.1))
+            box(canvas, point(at, turn + 1.57, 0.25 * r), turn, 0.65 * r, 0.2 * r, other)
+        elif kind in (13, 14):
+            round_thing(rng, canvas, at, large, int(rng.integers(1 << 30)))
+        elif kind in (15, 16):
+            round_thing(rng, canvas, at, r * rng.uniform(0.7, 1.2), of_one_kind)
+        elif kind == 17:
+            if rng.random() < 0.5:
+                electronics(rng, canvas, np.array(at), r, turn, r * 10 ** rng.uniform(0.5, 1.5))
+            else:
+                write(rng, canvas, r, rng.integers(1, 6))
+        else:  # half a disc
+            cv2.ellipse(canvas, (int(at[0]), int(at[1])), (int(large) + 1, int(large) + 1), np.degrees(turn), 0, 180,
+                        colour.tolist(), -1, cv2.LINE_AA)
