@@ -75,7 +75,8 @@ TEST_CASE("robots in rendered rooms") {
         rooms.name, untold.recall(), untold.robots, untold.wrong, untold.called_white, untold.called_warm, untold.unlit,
         told.recall(), told.wrong);
     CAPTURE(rooms.name);
-    CHECK(untold.recall() >= 0.93);  // thorough: 0.98 in plain, 0.99 in strange rooms
+    // 0.98 in plain, 0.99 in strange rooms; compilers differ by a robot or two
+    CHECK(untold.recall() >= (thorough() ? 0.96 : 0.88));
     CHECK(untold.wrong <= (thorough() ? untold.robots / 33 : 0));
     CHECK(untold.called_white <= 2 + untold.unlit / 20);
     if (rooms.kind != RoomKind::phone) CHECK(untold.called_warm <= untold.unlit / 50);
