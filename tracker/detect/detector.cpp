@@ -162,8 +162,9 @@ class Detector::Search {
         if (found.taken(one, near_px)) continue;
         auto fit = bodies_.fit(bgr, one, 0.1, true);
         if (!fit) fit = bodies_.fit(bgr, one, 0.1, false);
-        if (!fit || candidate(*fit).evidence <= 0) return {};
+        if (!fit) return {};
         robots.push_back(candidate(*fit));
+        if (robots.back().evidence <= 0) return {};
       }
     }
     const bool same = robots.size() == before_.size() && std::ranges::all_of(robots, [&](const Candidate& one) {
@@ -176,10 +177,10 @@ class Detector::Search {
     since_whole_ = 0;
     search_.look_at(bgr);
     if (!settings_.diameter_px) return search_.of_any_size(diameter_px_);
-    std::vector<Candidate> robots = search_.about_diameter(*settings_.diameter_px);
-    if (!settings_.diameter_told) return robots;
+    if (!settings_.diameter_told) return search_.about_diameter(*settings_.diameter_px);
     // Told by a person, who may be a little wrong: what is found without it counts, too.
     std::vector<Candidate> untold = search_.of_any_size({});
+    const std::vector<Candidate> robots = search_.about_diameter(*settings_.diameter_px);
     std::erase_if(untold, [&](const Candidate& one) {
       return std::abs(2 * one.circle_fit.circle.r_px / *settings_.diameter_px - 1) > 1.5 * settings_.diameter_tolerance;
     });

@@ -15,17 +15,18 @@ namespace {
 constexpr double unseen = 0.05;          // the net's score where it sees nothing
 constexpr double least_score = 0.1;      // of the net, for a closer look
 constexpr std::size_t most_looks = 300;  // of those that edges did not propose
-constexpr double usual_share = 0.7;      // of what is looked at, that are robots, where confidence() was fitted
+constexpr double sizes_score = 0.3;      // likewise, to name a size
+constexpr double usual_share = 0.7;      // of what is looked at, that are robots, where confidence() holds; the most
 constexpr double surely_one = 0.9;       // the probability of one robot at least
 constexpr double beyond_doubt = 0.95;    // that of each, where there are fewer than enough_robots ...
-constexpr double clearly_one = 0.75;     // ... unless its edges and its inside alone leave no doubt, as of old
+constexpr double clearly_one = 0.75;     // ... unless its edge and what is inside leave no doubt by themselves
 constexpr double clear_enough = 0.65;
-constexpr double many_px = 64, large_one = 0.995;  // single circles larger than that are more often something else
-constexpr std::size_t edge_sizes = 4;              // that are tried, of those that edges name
-constexpr std::size_t net_sizes = 6;               // likewise of those that the net sees
-constexpr double same_size = 0.06;                 // the logarithm of the ratio of radii
-constexpr double other_size = 0.35;                // the same of robots of one picture, at most: a view may slant
-constexpr double cells[] = {0.65, 0.74};           // the radius of coin cells in parts of the board's
+constexpr double large_px = 64, large_one = 0.995;  // few circles larger than that are more often something else
+constexpr std::size_t edge_sizes = 4;               // that are tried, of those that edges name
+constexpr std::size_t net_sizes = 6;                // likewise of those that the net sees
+constexpr double same_size = 0.06;                  // the logarithm of the ratio of radii
+constexpr double other_size = 0.35;                 // the same of robots of one picture, at most: a view may slant
+constexpr double cells[] = {0.65, 0.74};            // the radius of coin cells in parts of the board's
 
 double apart(const Circle& a, const Circle& b) {
   return std::hypot(a.x_px - b.x_px, a.y_px - b.y_px);
@@ -111,7 +112,7 @@ std::vector<SizeEvidence> RobotSearch::sizes_of_net() {
   std::vector<NetFind> finds;
   for (double r_px = settings_.smallest_diameter_px / 2; r_px < settings_.largest_diameter_px / 2;
        r_px *= std::numbers::sqrt2)
-    net_.find(r_px, 0.3, finds);
+    net_.find(r_px, sizes_score, finds);
   std::vector<SizeEvidence> sizes = size_evidence(finds, bgr_.cols, bgr_.rows);
   sizes.resize(std::min(sizes.size(), net_sizes));
   return sizes;
@@ -123,15 +124,15 @@ Candidate RobotSearch::measured(const NetFind& find, const Likeness& others) {
   best.circle_fit.circle = {find.circle.x_px, find.circle.y_px, std::sqrt(find.circle.r_px * r_px)};
   best.evidence = confidence(best, others, tolerance, find);
   for (const double r : {r_px, find.circle.r_px})
-    for (const bool darker : {true, false})
-      if (const auto circle_fit =
-              best.evidence > beyond_doubt
-                  ? std::nullopt
-                  : bodies_.fit(bgr_, {find.circle.x_px, find.circle.y_px, r}, r == r_px ? 0.14 : 0.22, darker)) {
-        Candidate robot = candidate(*circle_fit);
-        robot.evidence = confidence(robot, others, tolerance, find);
-        if (robot.evidence > best.evidence) best = robot;
-      }
+    for (const bool darker : {true, false}) {
+      if (best.evidence > beyond_doubt) return best;
+      const auto circle_fit =
+          bodies_.fit(bgr_, {find.circle.x_px, find.circle.y_px, r}, r == r_px ? 0.14 : 0.22, darker);
+      if (!circle_fit) continue;
+      Candidate robot = candidate(*circle_fit);
+      robot.evidence = confidence(robot, others, tolerance, find);
+      if (robot.evidence > best.evidence) best = robot;
+    }
   return best;
 }
 
@@ -174,11 +175,11 @@ RobotSearch::OfSize RobotSearch::of_size(double diameter_px, std::vector<Candida
         std::ranges::count_if(found.robots, [&](const Candidate& one) { return one.evidence >= least; }));
   };
   const auto clear = [](const Candidate& one) {
-    return one.clear * candidate(one.circle_fit).evidence > clear_enough && one.circle_fit.circle.r_px < many_px;
+    return one.clear * candidate(one.circle_fit).evidence > clear_enough && one.circle_fit.circle.r_px < large_px;
   };
   const bool none = likelier(surely_one) == 0, few = likelier(settings_.min_confidence) < enough_robots;
   std::erase_if(found.robots, [&](const Candidate& one) {
-    const bool large = one.circle_fit.circle.r_px > many_px;
+    const bool large = one.circle_fit.circle.r_px > large_px;
     const double least = !few ? settings_.min_confidence : large ? large_one : clear(one) ? clearly_one : beyond_doubt;
     return (none || one.evidence < least) && refuse(one, "unlikely a robot, by its edge and the trained net together");
   });

@@ -23,7 +23,7 @@ class RobotSearch {
   std::vector<Candidate> about_diameter(double diameter_px);
   // Of the size for which there is most evidence, be it `diameter_px` if that is given.
   std::vector<Candidate> of_any_size(std::optional<double> diameter_px);
-  // What edges proposed since look_at() at the sizes of what was returned last, and what is no robot.
+  // What was looked at where the robots returned last were found, and is none.
   const std::vector<Circle>& refused() const { return last_.refused; }
 
  private:
@@ -32,7 +32,7 @@ class RobotSearch {
     std::vector<Candidate> robots;
     std::vector<Circle> refused;
     double votes = 0;
-    bool convincing = false;  // enough, most of them beyond doubt and dark, and most of what was looked at
+    bool convincing = false;  // no other size need be tried
   };
 
   // `proposed`: by edges.

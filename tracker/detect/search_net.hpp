@@ -12,7 +12,7 @@ namespace arkmesh::tracker {
 
 struct NetFind {
   Circle circle;     // to some 5 % of its radius
-  double score = 0;  // 0..1; not a probability
+  double score = 0;  // 0..1, a probability in the rooms of tracker/training/
 };
 
 class SearchNet {

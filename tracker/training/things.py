@@ -159,13 +159,6 @@ def things(rng, canvas, r, count):
             y, x = np.mgrid[0:h, 0:w].astype(np.float32)
             d = ((x - at[0]) ** 2 + (y - at[1]) ** 2) / large ** 2
             canvas += (rng.uniform(20, 250) * np.exp(-d ** rng.choice([1, 3]) / 2))[..., None].astype(np.float32)
-        elif kind == 18:  # stains
-            y, x = np.mgrid[0:h, 0:w].astype(np.float32)
-            x, y = (x - at[0]) * np.cos(turn) + (y - at[1]) * np.sin(turn), (y - at[1]) * np.cos(turn) - (x - at[0]) * np.sin(turn)
-            canvas *= 1 - rng.uniform(0.1, 0.9) * np.exp(-(x**2 + rng.uniform(1, 6) * y**2) / (2 * (0.6 * r)**2))[..., None]
-        elif kind == 19:  # loops
-            cv2.ellipse(canvas, (int(at[0]), int(at[1])), (int(large) + 1, int(large * rng.uniform(0.4, 1)) + 1), np.degrees(turn), 0,
-                        rng.uniform(180, 360), colour.tolist(), max(1, int(r * rng.uniform(0.1, 0.4))), cv2.LINE_AA)
         elif kind == 9:  # shadows of something
             box(canvas, at, turn, large, large * rng.uniform(0.2, 1), canvas.mean((0, 1)) * rng.uniform(0.3, 0.8))
         elif kind == 10:  # screws, specks
@@ -179,15 +172,22 @@ def things(rng, canvas, r, count):
         elif kind == 12:  # a toppled robot
             box(canvas, at, turn, r, 0.45 * r, tinted(rng, rng.uniform(10, 60), 0.1))
             box(canvas, point(at, turn + 1.57, 0.25 * r), turn, 0.65 * r, 0.2 * r, other)
-        elif kind in (13, 14):
+        elif kind in (13, 14):  # round things, each of its own
             round_thing(rng, canvas, at, large, int(rng.integers(1 << 30)))
-        elif kind in (15, 16):
+        elif kind in (15, 16):  # as large as robots, and alike
             round_thing(rng, canvas, at, r * rng.uniform(0.7, 1.2), of_one_kind)
-        elif kind == 17:
+        elif kind == 17:  # circuit boards, words
             if rng.random() < 0.5:
                 electronics(rng, canvas, np.array(at), r, turn, r * 10 ** rng.uniform(0.5, 1.5))
             else:
                 write(rng, canvas, r, rng.integers(1, 6))
+        elif kind == 18:  # stains
+            y, x = np.mgrid[0:h, 0:w].astype(np.float32)
+            x, y = (x - at[0]) * np.cos(turn) + (y - at[1]) * np.sin(turn), (y - at[1]) * np.cos(turn) - (x - at[0]) * np.sin(turn)
+            canvas *= 1 - rng.uniform(0.1, 0.9) * np.exp(-(x**2 + rng.uniform(1, 6) * y**2) / (2 * (0.6 * r)**2))[..., None]
+        elif kind == 19:  # loops
+            cv2.ellipse(canvas, (int(at[0]), int(at[1])), (int(large) + 1, int(large * rng.uniform(0.4, 1)) + 1), np.degrees(turn), 0,
+                        rng.uniform(180, 360), colour.tolist(), max(1, int(r * rng.uniform(0.1, 0.4))), cv2.LINE_AA)
         else:  # half a disc
             cv2.ellipse(canvas, (int(at[0]), int(at[1])), (int(large) + 1, int(large) + 1), np.degrees(turn), 0, 180,
                         colour.tolist(), -1, cv2.LINE_AA)

@@ -112,23 +112,28 @@ def train(pictures, truths, epochs, held_out=400):
     return net
 
 
-def calibrate(net, pictures, truths):
-    """Scales the net's scores, by logistic regression on rooms not trained on, so that they are probabilities."""
+def peaks_of(net, pictures):
+    """Of each picture the places, in pixels, where the net rather sees a robot than beside, and its logits there."""
     with torch.no_grad():
         answer = torch.cat([net(torch.from_numpy(np.ascontiguousarray(part.transpose(0, 3, 1, 2))).float() / 255)
-                            for part in np.array_split(pictures, 1 + len(pictures) // 50)])
-    peaks = answer[:, 0] == F.max_pool2d(answer[:, :1], 3, 1, 1)[:, 0]
+                            for part in np.array_split(pictures, 1 + len(pictures) // 50)]).numpy()
+    highest = F.max_pool2d(torch.from_numpy(answer[:, :1]), 3, 1, 1)[:, 0].numpy()
+    for maps, high in zip(answer, highest):
+        y, x = np.nonzero((maps[0] == high) & (maps[0] > -3))
+        yield np.stack([(x + maps[1, y, x] + 0.5) * CELL - 0.5, (y + maps[2, y, x] + 0.5) * CELL - 0.5], 1), maps[0, y, x]
+
+
+def calibrate(net, pictures, truths):
+    """Scales the net's scores, by logistic regression on rooms not trained on, so that they are probabilities."""
     odds, right = [], []
-    for k, truth in enumerate(truths):
-        y, x = np.nonzero((peaks[k] & (answer[k, 0] > -3)).numpy())
-        at = np.stack([(x + answer[k, 1, y, x].numpy() + 0.5) * CELL - 0.5, (y + answer[k, 2, y, x].numpy() + 0.5) * CELL - 0.5], 1)
-        for place, sure in zip(at, answer[k, 0, y, x].tolist()):
+    for (at, logits), truth in zip(peaks_of(net, pictures), truths):
+        for place, sure in zip(at, logits.tolist()):
             far = np.hypot(*(truth[:, :2] - place).T) / truth[:, 2] if len(truth) else np.array([9.0])
             size = truth[far.argmin(), 2] if len(truth) else 5
             inside = min(*place, *(rooms.SIZE - 1 - place)) > 0.4 * size
             if far.min() > 0.6 or (far.min() < 0.3 and 3.6 <= size <= 6.7 and inside):
-                odds.append(sure), right.append(far.min() < 0.3)
-    odds, right, scale = torch.tensor(odds), torch.tensor(right).float(), torch.tensor([1.0, 0.0], requires_grad=True)
+                odds.append(sure), right.append(float(far.min() < 0.3))
+    odds, right, scale = torch.tensor(odds), torch.tensor(right), torch.tensor([1.0, 0.0], requires_grad=True)
     fit = torch.optim.LBFGS([scale], max_iter=100)
 
     def loss():
@@ -147,18 +152,13 @@ def calibrate(net, pictures, truths):
 
 def accuracy(net, pictures, truths):
     """Of rooms not trained on: robots of the right size found within a quarter radius, and false finds, by threshold."""
-    with torch.no_grad():
-        answer = net(torch.from_numpy(np.ascontiguousarray(pictures.transpose(0, 3, 1, 2))).float() / 255)
-    sure = torch.sigmoid(answer[:, 0])
-    peaks = sure * (sure == F.max_pool2d(sure[:, None], 3, 1, 1)[:, 0])
-    lines = []
+    lines, seen = [], list(peaks_of(net, pictures))
     for least in (0.2, 0.3, 0.4, 0.5, 0.6):
         robots = found = false = 0
-        for k, truth in enumerate(truths):
+        for (places, logits), truth in zip(seen, truths):
             asked = [t for t in truth if 3.9 < t[2] < 6.4 and min(t[0], t[1], 159 - t[0], 159 - t[1]) > t[2]]
             robots += len(asked)
-            y, x = np.nonzero(peaks[k].numpy() > least)
-            at = np.stack([(x + answer[k, 1, y, x].numpy() + 0.5) * CELL - 0.5, (y + answer[k, 2, y, x].numpy() + 0.5) * CELL - 0.5], 1)
+            at = places[logits > np.log(least / (1 - least))]
             found += sum(len(at) > 0 and np.hypot(*(at - t[:2]).T).min() < t[2] / 4 for t in asked)
             false += sum(len(truth) == 0 or (np.hypot(*(truth[:, :2] - a).T) / truth[:, 2]).min() > 0.6 for a in at)
         lines.append(f"{least}: {found} of {robots} found, {false} false")
