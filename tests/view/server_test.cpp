@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <string>
@@ -19,10 +20,10 @@ using nlohmann::json;
 using view::Connection;
 
 std::string newest(Browser& browser, const std::string& channel, int lab = 0) {
-  std::string out;
-  for (const auto& message : browser.messages())
-    if (message.kind() == 1 && message.lab() == lab && message.channel() == channel) out = message.data();
-  return out;
+  const auto& messages = browser.messages();
+  const auto is_it = [&](const auto& m) { return m.kind() == 1 && m.lab() == lab && m.channel() == channel; };
+  const auto found = std::find_if(messages.rbegin(), messages.rend(), is_it);
+  return found == messages.rend() ? std::string() : found->data();
 }
 
 TEST_CASE("a browser gets types and what the server is, with headers that let nobody else have it") {

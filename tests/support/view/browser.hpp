@@ -184,8 +184,10 @@ class Browser {
     }
     if (in_.size() < begin + size) return false;
     const int opcode = in_[0] & 15;
-    if (opcode == 1 || opcode == 2) keep({opcode == 1, in_.substr(begin, size)});
+    const std::string payload = in_.substr(begin, size);
     in_.erase(0, begin + size);
+    if (opcode == 1 || opcode == 2) keep({opcode == 1, payload});
+    if (opcode == 9) send(framed(payload, 10));  // a ping is answered, or the server takes the browser for dead
     return true;
   }
 
