@@ -2,6 +2,7 @@
 #include "tracker/detect/search_net.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/dnn.hpp>
 #include <opencv2/imgproc.hpp>
@@ -14,8 +15,16 @@ namespace {
 
 constexpr double trained_r_px = 5;
 constexpr int cell_px = 4;  // of the net's picture to one of its answers
-// The net needs some 70 bytes for each pixel. Larger are only copies for the smallest robots in pictures above it.
-constexpr int max_net_px = 6'000'000;
+// The net is shown one part of a picture after the other, which stay in a processor's cache and, all of one size, in
+// the memory that the net already has. An answer depends on 19 pixels round its cell: parts overlap by twice as many.
+constexpr int part_px = 512, seen_px = 20;
+
+// Where parts begin that together cover `length` pixels.
+std::vector<int> begins(int length) {
+  std::vector<int> all{0};
+  while (all.back() + part_px < length) all.push_back(std::min(all.back() + part_px - 2 * seen_px, length - part_px));
+  return all;
+}
 
 }  // namespace
 
@@ -23,6 +32,7 @@ struct SearchNet::Net {
   cv::dnn::Net net = cv::dnn::readNetFromONNX(arkmesh_search_net,
                                               static_cast<std::size_t>(arkmesh_search_net_end - arkmesh_search_net));
   cv::Mat shrunk, blob;
+  std::array<cv::Mat, 4> maps;  // of the whole picture: a robot here (logit), x, y off in cells, ln(radius)
 };
 
 SearchNet::SearchNet() : net_(std::make_unique<Net>()) {}
@@ -37,9 +47,9 @@ void SearchNet::look_at(const cv::Mat& bgr) {
 void SearchNet::find(double r_px, double min_score, std::vector<NetFind>& found) {
   const cv::Mat whole = halves_[0];
   const double scale = trained_r_px / r_px;
-  const cv::Size size(static_cast<int>(std::lround(whole.cols * scale)),
-                      static_cast<int>(std::lround(whole.rows * scale)));
-  if (size.width < 3 * cell_px || size.height < 3 * cell_px || size.area() > max_net_px) return;
+  const auto cells = [&](int length) { return static_cast<int>(std::lround(length * scale / cell_px)); };
+  const cv::Size size(cell_px * cells(whole.cols), cell_px * cells(whole.rows));
+  if (size.width < 3 * cell_px || size.height < 3 * cell_px) return;
   // From the smallest that is large enough.
   std::size_t half = 0;
   while (whole.cols * scale <= whole.cols / std::pow(2.0, static_cast<double>(half + 1))) ++half;
@@ -50,13 +60,23 @@ void SearchNet::find(double r_px, double min_score, std::vector<NetFind>& found)
     halves_.push_back(next);
   }
   cv::resize(halves_[half], net_->shrunk, size, 0, 0, scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
-  cv::dnn::blobFromImage(net_->shrunk, net_->blob, 1.0 / 255);
-  net_->net.setInput(net_->blob);
-  const cv::Mat answer = net_->net.forward();
-  const int rows = answer.size[2], columns = answer.size[3];
-  const auto at = [&](int map, int y, int x) {
-    return answer.ptr<float>(0, map)[static_cast<std::ptrdiff_t>(y) * columns + x];
-  };
+  const int rows = size.height / cell_px, columns = size.width / cell_px;
+  for (cv::Mat& map : net_->maps) map.create(rows, columns, CV_32F);
+  for (const int top : begins(size.height))
+    for (const int left : begins(size.width)) {
+      const cv::Rect part = cv::Rect(left, top, part_px, part_px) & cv::Rect({}, size);
+      cv::dnn::blobFromImage(net_->shrunk(part), net_->blob, 1.0 / 255);
+      net_->net.setInput(net_->blob);
+      cv::Mat answer = net_->net.forward();
+      // What lies nearer to an edge of the part is seen better by its neighbour.
+      const int before_x = left > 0 ? seen_px / cell_px : 0, before_y = top > 0 ? seen_px / cell_px : 0;
+      const cv::Rect here(before_x, before_y, answer.size[3] - before_x, answer.size[2] - before_y);
+      for (std::size_t i = 0; i < net_->maps.size(); ++i) {
+        const cv::Mat map(answer.size[2], answer.size[3], CV_32F, answer.ptr<float>(0, static_cast<int>(i)));
+        map(here).copyTo(net_->maps[i](here + cv::Point(left / cell_px, top / cell_px)));
+      }
+    }
+  const auto at = [&](std::size_t map, int y, int x) { return net_->maps[map].at<float>(y, x); };
   const auto least = static_cast<float>(std::log(min_score / (1 - min_score)));
   for (int y = 0; y < rows; ++y)
     for (int x = 0; x < columns; ++x) {

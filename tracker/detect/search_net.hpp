@@ -24,8 +24,7 @@ class SearchNet {
 
   // Takes an 8-bit BGR picture, which must outlive the calls of find().
   void look_at(const cv::Mat& bgr);
-  // Adds the robots whose radius is within some 30 % of r_px, the surest of each place. Of a picture above 6 megapixels
-  // none where a robot's radius of 5 pixels would leave more than that: memory stays below half a gigabyte.
+  // Adds the robots whose radius is within some 30 % of r_px, the surest of each place.
   void find(double r_px, double min_score, std::vector<NetFind>& found);
 
  private:
