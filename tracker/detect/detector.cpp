@@ -178,13 +178,12 @@ class Detector::Search {
     search_.look_at(bgr);
     if (!settings_.diameter_px) return search_.of_any_size(diameter_px_);
     if (!settings_.diameter_told) return search_.about_diameter(*settings_.diameter_px);
-    // Told by a person, who may be a little wrong: what is found without it counts, too.
-    std::vector<Candidate> untold = search_.of_any_size({});
-    const std::vector<Candidate> robots = search_.about_diameter(*settings_.diameter_px);
-    std::erase_if(untold, [&](const Candidate& one) {
+    // Told by a person, who may be a little wrong: no more is believed than where to begin, and what cannot be.
+    std::vector<Candidate> robots = search_.of_any_size(*settings_.diameter_px);
+    std::erase_if(robots, [&](const Candidate& one) {
       return std::abs(2 * one.circle_fit.circle.r_px / *settings_.diameter_px - 1) > 1.5 * settings_.diameter_tolerance;
     });
-    return BodySearch::united(bgr, {robots, untold});
+    return robots.empty() ? search_.about_diameter(*settings_.diameter_px) : robots;
   }
 
   std::vector<Detection> with_leds(const cv::Mat& bgr, const std::vector<Candidate>& candidates) {
