@@ -26,17 +26,17 @@ TEST_CASE("hard pictures") {
   const std::vector<Scene> real = real_scenes();
   const std::vector<PictureSeries> series = picture_series(real);
   std::size_t number = 0;
-  for (const Row& row : {Row{"cut out: 1 robot", 0, 0.93, 0.96},
-                         Row{"cut out: 1 robot, 12 px", 0, 0.86, 0.9},
+  for (const Row& row : {Row{"cut out: 1 robot", 0, 0.96, 0.96},
+                         Row{"cut out: 1 robot, 12 px", 0, 0.93, 0.9},
                          Row{"cut out: 2 robots, 20 px", 0, 0.98, 0.95},
                          Row{"cut out: border, 80 % visible, 20 px", 0, 0.98, 0.97},
                          Row{"clutter: with black discs, 1 robot", 0, 0.9, 0.9},
                          Row{"clutter: with coins, 1 robot", 3, 0.83, 0.8},
                          Row{"clutter: with hands, 1 robot", 1, 0.9, 0.9},
-                         Row{"clutter: with caps, 1 robot", 55, 0.7, 0.7},
+                         Row{"clutter: with caps, 1 robot", 14, 0.7, 0.7},
                          Row{"no robot: emptied, x 1", 0, 1, 1},
                          Row{"no robot: emptied, x 0.3", 2, 1, 1},
-                         Row{"no robot: only black discs", 6, 1, 1},
+                         Row{"no robot: empty print", 3, 1, 1},
                          Row{"no robot: only LEDs", 0, 1, 1},
                          Row{"no robot: only cables", 0, 1, 1},
                          Row{"white balance: warm", 0, 0.99, 0.92},
@@ -46,7 +46,10 @@ TEST_CASE("hard pictures") {
                          Row{"no robot: only pads", 0, 1, 1},
                          Row{"clutter: with pads, 1 robot", 0, 0.96, 0.9},
                          Row{"clutter: with words", 0, 0.99, 0.95},
-                         Row{"table: print", 1, 0.9, 0.9}}) {
+                         Row{"table: print", 1, 0.78, 0.9},
+                         Row{"no robot: only black discs", 2, 1, 1},
+                         Row{"no robot: only caps", 3, 1, 1},
+                         Row{"clutter: with words, 1 robot", 3, 0.9, 0.9}}) {
     if (number++ % 5 != 0 && !arkmesh::tests::thorough()) continue;
     CAPTURE(row.name);
     const auto found = std::find_if(series.begin(), series.end(),

@@ -61,6 +61,16 @@ double adapt_to_share(std::vector<Candidate>& all) {
   return share;
 }
 
+// The probability that it is a robot, from that before the close look and what the look says. A logistic regression on
+// the pictures of confidence() gives these weights, and by 0.6 less at all sizes, by 0.5 more at right ones.
+double after_look(double before, double look) {
+  const auto logit = [](double p) {
+    const double sure = std::clamp(p, 0.001, 0.999);
+    return std::log(sure / (1 - sure));
+  };
+  return 1 / (1 + std::exp(-0.9 * logit(before) - 0.75 * logit(look)));
+}
+
 }  // namespace
 
 void RobotSearch::look_at(const cv::Mat& bgr) {
@@ -154,7 +164,13 @@ std::vector<Candidate> RobotSearch::looked_at(std::vector<Candidate> proposed, d
   std::size_t looks = 0;
   for (std::size_t i = 0; i < finds.size() && looks < most_looks; ++i)
     if (!known[i]) proposed.push_back(measured(finds[i], common)), ++looks;
-  return BodySearch::united(bgr_, {proposed});
+  std::vector<Candidate> apart = BodySearch::united(bgr_, {proposed});
+  std::vector<Circle> circles;
+  for (const Candidate& one : apart) circles.push_back(one.circle_fit.circle);
+  const std::vector<double> sure = look_net_.look_at(bgr_, circles);
+  for (std::size_t i = 0; i < apart.size(); ++i) apart[i].evidence = after_look(apart[i].evidence, sure[i]);
+  std::stable_sort(apart.begin(), apart.end());
+  return apart;
 }
 
 RobotSearch::OfSize RobotSearch::of_size(double diameter_px, std::vector<Candidate> proposed) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tracker/detect/body_search.hpp"
+#include "tracker/detect/look_net.hpp"
 #include "tracker/detect/search_net.hpp"
 
 namespace arkmesh::tracker {
@@ -46,6 +47,7 @@ class RobotSearch {
   const DetectorSettings& settings_;
   BodySearch& bodies_;
   SearchNet net_;
+  LookNet look_net_;
   cv::Mat bgr_;
   OfSize last_;
 };

@@ -154,16 +154,20 @@ def places(rng, size, r, count):
     return found
 
 
-def room(seed):
-    """A BGR picture, and x, y, r of its robots, in pixels."""
-    rng = np.random.default_rng([27, seed])
-    scale = float(rng.choice([1, 1, 1.5, 2, 3]))  # the camera's pixels to one of the net's
-    wanted = rng.uniform(3.7, 6.6) if rng.random() < 0.68 else rng.choice([rng.uniform(1.5, 3), rng.uniform(7.2, 9), rng.uniform(7.2, 12), rng.uniform(8, 40)])
+def room(seed, near=False):
+    """A BGR picture, and x, y, r of its robots, in pixels; from `near` their radius is 4 to 26, and more are empty."""
+    rng = np.random.default_rng([28 if near else 27, seed])
+    if near:
+        scale, wanted = 1.0, 4 * 6.5 ** rng.random()
+    else:
+        scale = float(rng.choice([1, 1, 1.5, 2, 3]))  # the camera's pixels to one of the net's
+        wanted = rng.uniform(3.7, 6.6) if rng.random() < 0.68 else rng.choice([rng.uniform(1.5, 3), rng.uniform(7.2, 9), rng.uniform(7.2, 12), rng.uniform(8, 40)])
     r, size = wanted * scale, int(SIZE * scale)
     look = Look(rng)
     canvas = floor_of(rng, size, size, r, look.board.mean())
-    empty = rng.random() < 0.2
-    things(rng, canvas, r, rng.poisson(rng.choice([6, 15, 30] if empty else [0, 2, 6, 12])))
+    empty = rng.random() < (0.35 if near else 0.2)
+    kinds = 26 if near else 21
+    things(rng, canvas, r, rng.poisson(rng.choice([6, 15, 30] if empty else [0, 2, 6, 12])), kinds)
     most = int((size / r) ** 2 / 4 * 0.6) + 1
     count = 0 if empty else min(most, int(rng.choice([rng.integers(1, 6), rng.integers(4, 40), rng.integers(20, 120)])))
     robots = places(rng, size, r, count)
@@ -200,7 +204,7 @@ def room(seed):
             add_spot(canvas, led, width * r, colour * halo)
             add_spot(canvas, led, core_width * r, np.clip(look.core @ colour + rng.uniform(0, 0.4), 0, 1) * core)
     if rng.random() < 0.3:
-        things(rng, canvas, r, int(rng.integers(1, 3)))
+        things(rng, canvas, r, int(rng.integers(1, 3)), kinds)
     truth = np.array([(*at, r) for at in robots], float).reshape(-1, 3)
     # A view that slants.
     if rng.random() < 0.45:

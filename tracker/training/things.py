@@ -59,6 +59,33 @@ def write(rng, canvas, r, count):
                     r * rng.uniform(0.02, 0.14), ink.tolist(), int(max(1, r * rng.uniform(0.05, 0.4))), cv2.LINE_AA)
 
 
+def letters(rng, canvas, at, high, count, ink, thick):
+    """A word, about its middle, in letters so many pixels high; `thick`: their lines in parts of that."""
+    word, font = "".join(rng.choice(list("OOQC0689eaoc@GDbdpqgS%&")) for _ in range(count)), int(rng.integers(0, 8))
+    size, line = high / 21, max(1, int(thick * high))
+    wide = cv2.getTextSize(word, font, size, line)[0][0]
+    cv2.putText(canvas, word, (int(at[0] - wide / 2), int(at[1] + high / 2)), font, size, ink.tolist(), line, cv2.LINE_AA)
+
+
+def cap(rng, canvas, at, r):
+    """A bottle cap of one colour, as caps have any: teeth, an edge in shadow, light from one side, a word or a mark."""
+    hue = np.clip(rng.normal(0.5, 0.5, 3), 0.03, 1) if rng.random() < 0.7 else np.full(3, rng.uniform(0.1, 1))
+    colour, light = 255 * hue / hue.max() * rng.uniform(0.25, 1), rng.uniform(0, TAU)
+    angles = np.linspace(0, TAU, int(rng.choice([21, rng.integers(14, 60)])) * 4, endpoint=False)
+    far = r * (1 - rng.uniform(0.02, 0.1) * (1 + np.cos(angles * len(angles) / 4)) / 2)
+    turn = rng.uniform(0, TAU)
+    edge = np.stack([at[0] + far * np.cos(angles + turn), at[1] + far * np.sin(angles + turn)], 1)
+    cv2.fillPoly(canvas, [np.round(edge * 16).astype(np.int32)], (colour * rng.uniform(0.35, 1)).tolist(), cv2.LINE_8, 4)
+    disc(canvas, at, rng.uniform(0.7, 0.95) * r, colour)
+    if rng.random() < 0.3:
+        disc(canvas, at, rng.uniform(0.5, 0.75) * r, colour * rng.uniform(0.7, 1.3))
+    if rng.random() < 0.7:
+        add_spot(canvas, point(at, light, rng.uniform(0.1, 0.6) * r), r * rng.uniform(0.1, 0.6), np.full(3, rng.uniform(20, 250)))
+    ink = tinted(rng, rng.choice([rng.uniform(0, 60), rng.uniform(180, 255)]), 0.1)
+    if rng.random() < 0.75:
+        letters(rng, canvas, at, r * rng.uniform(0.15, 0.8), rng.integers(1, 8), ink, rng.uniform(0.05, 0.2))
+
+
 def round_thing(rng, canvas, at, r, look):
     """Lids, caps, coins, pads, capacitors: a disc with a rim, perhaps toothed, and something on it. `look` seeds what
     is alike in all of a kind."""
@@ -115,8 +142,8 @@ def electronics(rng, canvas, at, r, turn, large):
         round_thing(rng, canvas, tuple(anywhere()), r * 10 ** rng.uniform(-0.5, 0.3), int(rng.integers(1 << 30)))
 
 
-def things(rng, canvas, r, count):
-    """What lies about and is no robot."""
+def things(rng, canvas, r, count, kinds=21):
+    """What lies about and is no robot; of the last kinds, from 21 to 25, only when asked for."""
     of_one_kind = int(rng.integers(1 << 30))
     h, w = canvas.shape[:2]
     for _ in range(count):
@@ -124,6 +151,8 @@ def things(rng, canvas, r, count):
         colour = tinted(rng, rng.choice([rng.uniform(0, 60), rng.uniform(40, 255)]), rng.choice([0.03, 0.4]))
         other = tinted(rng, rng.uniform(0, 255), 0.2)
         turn, kind, large = rng.uniform(0, TAU), rng.integers(0, 21), r * 10 ** rng.uniform(-0.7, 0.7)
+        if kinds > 21 and rng.random() < 0.45:
+            kind = rng.integers(21, kinds)
         if kind == 0:  # bars, walls, clamps, rails
             box(canvas, at, turn, r * rng.uniform(2, 40), r * rng.uniform(0.1, 2), colour)
         elif kind == 1:  # boxes, paper, electronics
@@ -188,6 +217,22 @@ def things(rng, canvas, r, count):
         elif kind == 19:  # loops
             cv2.ellipse(canvas, (int(at[0]), int(at[1])), (int(large) + 1, int(large * rng.uniform(0.4, 1)) + 1), np.degrees(turn), 0,
                         rng.uniform(180, 360), colour.tolist(), max(1, int(r * rng.uniform(0.1, 0.4))), cv2.LINE_AA)
-        else:  # half a disc
+        elif kind == 20:  # half a disc
             cv2.ellipse(canvas, (int(at[0]), int(at[1])), (int(large) + 1, int(large) + 1), np.degrees(turn), 0, 180,
                         colour.tolist(), -1, cv2.LINE_AA)
+        elif kind == 21:  # caps with a word on them
+            cap(rng, canvas, at, rng.choice([large, r * rng.uniform(0.8, 1.2)]))
+        elif kind == 22:  # a wire in a loop, and where it comes from
+            angles = np.linspace(0, rng.uniform(4, 8), 40)
+            far = large * (1 + rng.uniform(-0.3, 0.3) * np.sin(angles + turn)) * (1 + np.maximum(0, angles - 5.5) * rng.uniform(0, 1))
+            line = np.stack([at[0] + far * np.cos(angles + turn), at[1] + far * np.sin(angles + turn)], 1)
+            line = np.concatenate([line[:1] + rng.normal(0, 2 * large, 2), line])
+            cv2.polylines(canvas, [np.round(line * 16).astype(np.int32)], False, colour.tolist(), max(1, int(large * rng.uniform(0.05, 0.25))), cv2.LINE_AA, 4)
+        elif kind == 23:  # large letters, most of them round
+            letters(rng, canvas, at, r * rng.uniform(0.8, 2.4), rng.integers(1, 5), colour, rng.uniform(0.05, 0.3))
+        elif kind == 24:  # screws
+            disc(canvas, at, large, colour)
+            for slot in range(rng.integers(1, 3)):
+                box(canvas, at, turn + slot * np.pi / 2, large * rng.uniform(0.4, 0.9), large * rng.uniform(0.05, 0.2), other)
+        else:  # as large as robots, and one like the other
+            round_thing(rng, canvas, at, r, of_one_kind)

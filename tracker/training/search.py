@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Trains the net that searches pictures for robots, from nothing, on painted rooms only: see README.md.
 
-Usage: train.py OUT.onnx [ROOMS] [EPOCHS]
+Usage: search.py OUT.onnx [ROOMS] [EPOCHS]
 """
 import multiprocessing
 import sys
@@ -165,19 +165,19 @@ def accuracy(net, pictures, truths):
     return "\n".join(lines)
 
 
-def write(net, path):
-    """ONNX, its weights rounded to half floats, its norms put into them."""
+def write(net, path, shown, free):
+    """ONNX for input like `shown`, whose dimensions `free` may have other lengths; weights rounded to half floats, norms put into them."""
     plain = [fuse_conv_bn_eval(one, after) if isinstance(after, nn.BatchNorm2d) else one
              for one, after in zip(net.layers, [*net.layers[1:], None]) if not isinstance(one, nn.BatchNorm2d)]
     net.layers = nn.Sequential(*plain).eval()
     for weight in net.parameters():
         weight.data = weight.data.half().float()
-    torch.onnx.export(net, torch.zeros(1, 3, 160, 160), path, input_names=["picture"], output_names=["robots"],
-                      dynamic_axes={"picture": {2: "height", 3: "width"}, "robots": {2: "height", 3: "width"}}, opset_version=11)
+    torch.onnx.export(net, shown, path, input_names=["picture"], output_names=["robots"], dynamic_axes={"picture": free, "robots": free}, opset_version=11)
 
 
 if __name__ == "__main__":
     cv2.setNumThreads(1)
     with multiprocessing.Pool() as pool:
         made = pool.map(rooms.room, range(int(sys.argv[2]) if len(sys.argv) > 2 else 8000), 16)
-    write(train(np.stack([m[0] for m in made]), [m[1] for m in made], int(sys.argv[3]) if len(sys.argv) > 3 else 15), sys.argv[1])
+    write(train(np.stack([m[0] for m in made]), [m[1] for m in made], int(sys.argv[3]) if len(sys.argv) > 3 else 15), sys.argv[1],
+          torch.zeros(1, 3, rooms.SIZE, rooms.SIZE), {2: "height", 3: "width"})
