@@ -24,6 +24,7 @@ constexpr double clear_enough = 0.65;
 constexpr double large_px = 64, large_one = 0.995;  // few circles larger than that are more often something else
 constexpr std::size_t edge_sizes = 4;               // that are tried, of those that edges name
 constexpr std::size_t net_sizes = 6;                // likewise of those that the net sees
+constexpr double net_reach = 1.3;                   // it sees radii so many times as small as the one asked for
 constexpr double same_size = 0.06;                  // the logarithm of the ratio of radii
 constexpr double other_size = 0.35;                 // the same of robots of one picture, at most: a view may slant
 constexpr double cells[] = {0.65, 0.74};            // the radius of coin cells in parts of the board's
@@ -120,7 +121,7 @@ std::vector<Candidate> RobotSearch::of_any_size(std::optional<double> diameter_p
 
 std::vector<SizeEvidence> RobotSearch::sizes_of_net() {
   std::vector<NetFind> finds;
-  for (double r_px = settings_.smallest_diameter_px / 2; r_px < settings_.largest_diameter_px / 2;
+  for (double r_px = net_reach * settings_.smallest_diameter_px / 2; r_px < settings_.largest_diameter_px / 2;
        r_px *= std::numbers::sqrt2)
     net_.find(r_px, sizes_score, finds);
   std::vector<SizeEvidence> sizes = size_evidence(finds, bgr_.cols, bgr_.rows);
