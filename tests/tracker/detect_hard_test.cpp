@@ -49,7 +49,7 @@ TEST_CASE("hard pictures") {
                          Row{"table: print", 1, 0.78, 0.9},
                          Row{"no robot: only black discs", 2, 1, 1},
                          Row{"no robot: only caps", 3, 1, 1},
-                         Row{"clutter: with words, 1 robot", 3, 0.9, 0.9}}) {
+                         Row{"clutter: with words, 1 robot", 6, 0.9, 0.9}}) {
     if (number++ % 5 != 0 && !arkmesh::tests::thorough()) continue;
     CAPTURE(row.name);
     const auto found = std::find_if(series.begin(), series.end(),
