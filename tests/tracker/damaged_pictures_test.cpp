@@ -303,7 +303,8 @@ TEST_CASE("a video of JPEGs that was written here is whole") {
 TEST_CASE("a video's pictures are as OpenCV decodes them") {
   // Proves that reading in a process of its own changes no pixel.
   const std::string file = std::string(ARKMESH_TEST_DATA) + "/kilobot-images/bodyguard_clip.mp4";
-  // first, while there are no threads: a copy of a process that has some may wait for ever for what they hold
+  // It forks, so it goes first: the decoder below starts threads, and a lock that one holds is never freed in the
+  // child.
   const auto recording = open_recording(file);
   cv::VideoCapture known(file, cv::CAP_FFMPEG);
   int pictures = 0;

@@ -172,6 +172,20 @@ TEST_CASE("find_led, glare on the coin cell") {
   CHECK(wrong <= 3);
 }
 
+TEST_CASE("find_led, light where no LED can be") {
+  // Proves: bright red light on a robot is its LED at 0.86 of the radius, and unknown nearer to the centre or outside.
+  for (const auto& [part, led] : {std::pair{0.64, Led::unknown}, {0.86, Led::red}, {1.14, Led::unknown}}) {
+    cv::Mat bgr(120, 120, CV_8UC3, cv::Scalar::all(110));
+    cv::circle(bgr, {60, 60}, 40, cv::Scalar::all(30), -1);
+    cv::circle(bgr, {60, 60}, 22, cv::Scalar::all(90), -1);
+    cv::circle(bgr, {60 + static_cast<int>(std::lround(40 * part)), 60}, 8, {60, 60, 255}, -1);
+    const tracker::LedSpot spot = tracker::find_led(bgr, {60, 60, 40});
+    CAPTURE(part);
+    CHECK(spot.led == led);
+    CHECK(std::isnan(spot.x_px) == (led == Led::unknown));
+  }
+}
+
 TEST_CASE("find_led, casts, haze and white tables") {
   // Proves: what light and table do to a whole picture is taken out: of lit LEDs that are called anything, nearly all
   // have the right colour, and hardly an unlit one is lit.

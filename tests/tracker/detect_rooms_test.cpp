@@ -75,8 +75,8 @@ TEST_CASE("robots in rendered rooms") {
         rooms.name, untold.recall(), untold.robots, untold.wrong, untold.called_white, untold.called_warm, untold.unlit,
         told.recall(), told.wrong);
     CAPTURE(rooms.name);
-    // 0.96 in plain, 0.99 in strange rooms; in room 26 unlit robots are black discs. Compilers differ by a robot or
-    // two.
+    // 0.97 in plain rooms, 1.00 in strange ones. In plain room 26 unlit robots are black discs, and 8 of 31 are missed.
+    // Compilers differ by a robot or two.
     CHECK(untold.recall() >= (thorough() ? 0.95 : 0.77));
     CHECK(untold.wrong <= (thorough() ? untold.robots / 33 : 0));
     CHECK(untold.called_white <= 2 + untold.unlit / 20);

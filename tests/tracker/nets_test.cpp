@@ -1,4 +1,4 @@
-// The trained nets by themselves: what they say of parts of a picture, and of circles.
+// The trained nets by themselves: the search across tiles of a large picture, and the close look at circles.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -17,8 +17,8 @@ const Scene& six_robots() {
   return *std::ranges::find_if(real, [](const Scene& scene) { return scene.robots.size() == 6; });
 }
 
-TEST_CASE("the search net is shown a large picture in parts, and no robot is lost where they meet") {
-  // The same robot 5 px in radius everywhere, in steps of the net's cells, across the borders of its parts.
+TEST_CASE("the search net loses no robot where tiles of a large picture meet") {
+  // The same robot 5 px in radius everywhere, in steps of the net's cells, across the borders of tiles.
   const TrueRobot& robot = six_robots().robots[0];
   const int side = 40, half = static_cast<int>(4 * robot.r_px);
   const cv::Rect round(static_cast<int>(robot.x_px) - half, static_cast<int>(robot.y_px) - half, 2 * half, 2 * half);
@@ -49,9 +49,9 @@ TEST_CASE("a close look tells robots from their coin cells and from the table") 
   others.push_back({-500, 20, 30});  // outside
   others.push_back({3, 3, 400});
   tracker::LookNet net;
-  CHECK(std::ranges::count_if(net.look_at(scene.bgr, robots), [](double sure) { return sure > 0.5; }) >= 5);
-  for (const double sure : net.look_at(scene.bgr, others)) CHECK(sure < 0.5);
-  CHECK(net.look_at(scene.bgr, {}).empty());
+  CHECK(std::ranges::count_if(net.probabilities(scene.bgr, robots), [](double sure) { return sure > 0.5; }) >= 5);
+  for (const double sure : net.probabilities(scene.bgr, others)) CHECK(sure < 0.5);
+  CHECK(net.probabilities(scene.bgr, {}).empty());
 }
 
 }  // namespace

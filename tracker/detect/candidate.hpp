@@ -47,8 +47,9 @@ struct Judgement {
 };
 Judgement judgement(const Candidate& candidate, const Likeness& others, double tolerance);
 
-// The probability that it is a robot among robots like these, where the net sees that. It was fitted where 0.85 of what
-// was looked at were robots, and is taken for pictures where 0.7 are: faint robots are rather believed than missed.
+// The probability, before a close look, that it is a robot among robots like these, where the net sees that. It was
+// fitted where 0.85 of what was looked at were robots, and is taken for pictures where 0.7 are: faint robots are rather
+// believed than missed.
 double confidence(const Candidate& candidate, const Likeness& others, double tolerance, const NetFind& find);
 
 // Circles by place, so that neighbours are found without looking at all of them.

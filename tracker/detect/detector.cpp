@@ -178,7 +178,7 @@ class Detector::Search {
     search_.look_at(bgr);
     if (!settings_.diameter_px) return search_.of_any_size(diameter_px_);
     if (!settings_.diameter_told) return search_.about_diameter(*settings_.diameter_px);
-    // Told by a person, who may be a little wrong: no more is believed than where to begin, and what cannot be.
+    // A person's figure may be a little wrong: it decides where the search begins and which sizes are impossible.
     std::vector<Candidate> robots = search_.of_any_size(*settings_.diameter_px);
     std::erase_if(robots, [&](const Candidate& one) {
       return std::abs(2 * one.circle_fit.circle.r_px / *settings_.diameter_px - 1) > 1.5 * settings_.diameter_tolerance;

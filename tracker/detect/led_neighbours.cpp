@@ -19,8 +19,8 @@ constexpr double border_deg = 270;
 // LEDs lie at 0.81 to 0.96 of the radius, mirrored light at 0.5 to 0.9, on one side of most robots of a picture.
 // Measured on the real pictures and on 17 of another room.
 constexpr double beyond_glare = 0.92, glare_width_rad = 0.8;
-// Of what is less surely white more than half is mirrored light, in rendered rooms; 4 of 41 white LEDs there are so
-// unsure.
+// Below this confidence, more than half of the white spots in rendered rooms are mirrored lamps; 4 of 41 white LEDs
+// are.
 constexpr double least_white = 0.2;
 
 bool blue_or_magenta(const Detection& robot) {

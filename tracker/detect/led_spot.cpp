@@ -29,8 +29,8 @@ constexpr double darkest_part = 0.6, darkest = 60;
 // Metal and coin cells that mirror a lamp are warm and pale, and seldom outshine a white table by much: chosen on
 // rendered rooms.
 constexpr double palest_warm = 0.4, surely_lit = 0.55;
-// Light nearer to the middle, or farther out, is no LED's, or a neighbour's: 8 of 7000 lit LEDs of the bench's pictures
-// and of rendered rooms are seen there.
+// Where an LED's light can be. Nearer to the centre it is a reflection or a part of the board, farther out a
+// neighbour's LED: 8 of 7000 lit LEDs in the bench's pictures and in rendered rooms appear outside these limits.
 constexpr double too_near = 0.7, too_far = 1.1;
 constexpr double smallest_r_px = 10;  // below it halos are as pale; chosen on the real pictures with noise
 

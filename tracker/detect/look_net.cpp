@@ -12,12 +12,12 @@ extern "C" const char arkmesh_look_net[], arkmesh_look_net_end[];
 namespace arkmesh::tracker {
 namespace {
 
-// As in training/look.py:
-constexpr int side_px = 32;    // of what the net is shown ...
-constexpr double shown = 1.5;  // ... which is so many radii on each side of the centre
-constexpr std::size_t at_once = 64;
+// What the net is shown, as training/look.py (SIDE, SHOWN) has it:
+constexpr int side_px = 32;          // of the crop
+constexpr double shown = 1.5;        // radii on each side of the centre
+constexpr std::size_t at_once = 64;  // crops
 
-// The surroundings of a circle as the net wants them: contrast and brightness are taken out.
+// The crop round a circle, with brightness and contrast normalised as shown() in training/look.py does.
 cv::Mat surroundings(const cv::Mat& bgr, const Circle& circle) {
   const int far = static_cast<int>(shown * circle.r_px) + 3;
   const int left = static_cast<int>(std::lround(circle.x_px)) - far,
@@ -55,19 +55,19 @@ LookNet::~LookNet() = default;
 LookNet::LookNet(LookNet&&) noexcept = default;
 LookNet& LookNet::operator=(LookNet&&) noexcept = default;
 
-std::vector<double> LookNet::look_at(const cv::Mat& bgr, const std::vector<Circle>& circles) {
-  std::vector<double> sure;
+std::vector<double> LookNet::probabilities(const cv::Mat& bgr, const std::vector<Circle>& circles) {
+  std::vector<double> all;
   std::vector<cv::Mat> some;
   for (const Circle& circle : circles) {
     some.push_back(surroundings(bgr, circle));
-    if (some.size() < at_once && sure.size() + some.size() < circles.size()) continue;
+    if (some.size() < at_once && all.size() + some.size() < circles.size()) continue;
     net_->net.setInput(cv::dnn::blobFromImages(some));
     const cv::Mat logits = net_->net.forward();
     for (std::size_t i = 0; i < some.size(); ++i)
-      sure.push_back(1 / (1 + std::exp(-static_cast<double>(logits.ptr<float>()[i]))));
+      all.push_back(1 / (1 + std::exp(-static_cast<double>(logits.ptr<float>()[i]))));
     some.clear();
   }
-  return sure;
+  return all;
 }
 
 }  // namespace arkmesh::tracker

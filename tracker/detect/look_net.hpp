@@ -1,5 +1,5 @@
-// A small net that was trained to look closely at one circle: is that a robot? tracker/training/ says how it came to
-// be.
+// A small trained net that examines one circle closely: is it a robot's edge? tracker/training/ says how it was
+// trained.
 #pragma once
 
 #include <memory>
@@ -17,9 +17,9 @@ class LookNet {
   LookNet(LookNet&&) noexcept;
   LookNet& operator=(LookNet&&) noexcept;
 
-  // How surely each circle of an 8-bit BGR picture is a robot's edge, 0..1, in the order of the circles: a probability
-  // in the rooms of tracker/training/. One whose radius is off by a quarter, as a coin cell's, is none.
-  std::vector<double> look_at(const cv::Mat& bgr, const std::vector<Circle>& circles);
+  // For each circle of an 8-bit BGR picture, in their order, the probability that it is a robot's edge, as it is in the
+  // rooms of tracker/training/. Circles whose radius is off by a quarter or more, such as a coin cell's, are not.
+  std::vector<double> probabilities(const cv::Mat& bgr, const std::vector<Circle>& circles);
 
  private:
   struct Net;

@@ -24,7 +24,7 @@ constexpr double clear_enough = 0.65;
 constexpr double large_px = 64, large_one = 0.995;  // few circles larger than that are more often something else
 constexpr std::size_t edge_sizes = 4;               // that are tried, of those that edges name
 constexpr std::size_t net_sizes = 6;                // likewise of those that the net sees
-constexpr double net_reach = 1.3;                   // it sees radii so many times as small as the one asked for
+constexpr double net_reach = 1.3;                   // it finds radii down to the one asked for divided by this
 constexpr double same_size = 0.06;                  // the logarithm of the ratio of radii
 constexpr double other_size = 0.35;                 // the same of robots of one picture, at most: a view may slant
 constexpr double cells[] = {0.65, 0.74};            // the radius of coin cells in parts of the board's
@@ -62,8 +62,9 @@ double adapt_to_share(std::vector<Candidate>& all) {
   return share;
 }
 
-// The probability that it is a robot, from that before the close look and what the look says. A logistic regression on
-// the pictures of confidence() gives these weights, and by 0.6 less at all sizes, by 0.5 more at right ones.
+// The probability of a robot, given confidence() and what LookNet says. The weights are those of a logistic regression
+// on the pictures of confidence(). Its constant was -0.6 over right and wrong sizes, and 0.5 at right sizes alone: here
+// 0.
 double after_look(double before, double look) {
   const auto logit = [](double p) {
     const double sure = std::clamp(p, 0.001, 0.999);
@@ -165,13 +166,13 @@ std::vector<Candidate> RobotSearch::looked_at(std::vector<Candidate> proposed, d
   std::size_t looks = 0;
   for (std::size_t i = 0; i < finds.size() && looks < most_looks; ++i)
     if (!known[i]) proposed.push_back(measured(finds[i], common)), ++looks;
-  std::vector<Candidate> apart = BodySearch::united(bgr_, {proposed});
+  std::vector<Candidate> found = BodySearch::united(bgr_, {proposed});
   std::vector<Circle> circles;
-  for (const Candidate& one : apart) circles.push_back(one.circle_fit.circle);
-  const std::vector<double> sure = look_net_.look_at(bgr_, circles);
-  for (std::size_t i = 0; i < apart.size(); ++i) apart[i].evidence = after_look(apart[i].evidence, sure[i]);
-  std::stable_sort(apart.begin(), apart.end());
-  return apart;
+  for (const Candidate& one : found) circles.push_back(one.circle_fit.circle);
+  const std::vector<double> looks_like = look_net_.probabilities(bgr_, circles);
+  for (std::size_t i = 0; i < found.size(); ++i) found[i].evidence = after_look(found[i].evidence, looks_like[i]);
+  std::stable_sort(found.begin(), found.end());
+  return found;
 }
 
 RobotSearch::OfSize RobotSearch::of_size(double diameter_px, std::vector<Candidate> proposed) {
@@ -198,7 +199,8 @@ RobotSearch::OfSize RobotSearch::of_size(double diameter_px, std::vector<Candida
   std::erase_if(found.robots, [&](const Candidate& one) {
     const bool large = one.circle_fit.circle.r_px > large_px;
     const double least = !few ? settings_.min_confidence : large ? large_one : clear(one) ? clearly_one : beyond_doubt;
-    return (none || one.evidence < least) && refuse(one, "unlikely a robot, by its edge and the trained net together");
+    return (none || one.evidence < least) &&
+           refuse(one, "unlikely to be a robot, judging by its edge and the trained nets");
   });
   for (const Candidate& one : found.robots)
     found.votes += std::pow(one.evidence, 8) * std::min(1.0, one.circle_fit.circle.r_px / 8);

@@ -1,5 +1,5 @@
-// The search for robots by their edges and by the trained net together: either proposes circles, and both say how
-// probably each is a robot.
+// The search for robots: edges and a trained net propose circles, and both, with a second net that examines each
+// circle, decide how probably it is a robot.
 #pragma once
 
 #include <opencv2/core.hpp>

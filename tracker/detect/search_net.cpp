@@ -15,11 +15,11 @@ namespace {
 
 constexpr double trained_r_px = 5;
 constexpr int cell_px = 4;  // of the net's picture to one of its answers
-// The net is shown one part of a picture after the other, which stay in a processor's cache and, all of one size, in
-// the memory that the net already has. An answer depends on 19 pixels round its cell: parts overlap by twice as many.
+// The net processes a picture in tiles of one size: they fit a processor's cache, and the net's buffers are reused.
+// An answer depends on at most seen_px pixels beyond its cell, so tiles overlap by twice that.
 constexpr int part_px = 512, seen_px = 20;
 
-// Where parts begin that together cover `length` pixels.
+// Where tiles begin that together cover `length` pixels.
 std::vector<int> begins(int length) {
   std::vector<int> all{0};
   while (all.back() + part_px < length) all.push_back(std::min(all.back() + part_px - 2 * seen_px, length - part_px));
@@ -68,7 +68,7 @@ void SearchNet::find(double r_px, double min_score, std::vector<NetFind>& found)
       cv::dnn::blobFromImage(net_->shrunk(part), net_->blob, 1.0 / 255);
       net_->net.setInput(net_->blob);
       cv::Mat answer = net_->net.forward();
-      // What lies nearer to an edge of the part is seen better by its neighbour.
+      // Cells near an edge of the tile come from its neighbour.
       const int before_x = left > 0 ? seen_px / cell_px : 0, before_y = top > 0 ? seen_px / cell_px : 0;
       const cv::Rect here(before_x, before_y, answer.size[3] - before_x, answer.size[2] - before_y);
       for (std::size_t i = 0; i < net_->maps.size(); ++i) {

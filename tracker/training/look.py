@@ -5,7 +5,6 @@ Usage: look.py SEARCH.onnx OUT.onnx [ROOMS] [EPOCHS]
 """
 import multiprocessing
 import sys
-import time
 
 import cv2
 import numpy as np
@@ -14,7 +13,7 @@ from torch import nn
 from torch.nn import functional as F
 
 import rooms
-from search import SEED, write
+from fitting import fit, write
 
 SIDE = 32  # pixels of what the net is shown ...
 SHOWN = 1.5  # ... which is so many radii on each side of the centre
@@ -105,38 +104,22 @@ def looks(job):
     out = []
     for x, y, radius in circles:
         if radius >= 3 and min(x, y, rooms.SIZE - 1 - x, rooms.SIZE - 1 - y) > 0.4 * radius and (what := label(truth, x, y, radius)) is not None:
-            out.append((crop(picture, x, y, radius), what, radius))
+            out.append((crop(picture, x, y, radius), what))
     return out
 
 
 def train(crops, right, epochs, held_out):
-    torch.manual_seed(SEED)
-    torch.set_num_threads(1)
-    chance = np.random.default_rng(SEED)
-    net, batch, count = LookNet(), 128, len(crops) - held_out
-    steps = epochs * (count // batch)
-    optimiser = torch.optim.AdamW(net.parameters(), 6e-3, weight_decay=1e-3)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 6e-3, steps, pct_start=0.1)
-    began, sum_ = time.time(), 0.0
-    for step in range(steps):
-        if step % (count // batch) == 0:
-            order = chance.permutation(count)
-        chosen = order[step % (count // batch) * batch:][:batch]
+    count = len(crops) - held_out
+
+    def loss(net, chosen, chance):
         some, how = crops[chosen], chance.integers(8)
         some = some[:, ::-1] if how & 1 else some
         some = some[:, :, ::-1] if how & 2 else some
         some = some.transpose(0, 2, 1, 3) if how & 4 else some
-        some = shown(some * np.exp(chance.normal(0, 0.15, (batch, 1, 1, 3))))
-        loss = F.binary_cross_entropy_with_logits(net(torch.from_numpy(np.ascontiguousarray(some))).reshape(-1), torch.from_numpy(right[chosen]))
-        optimiser.zero_grad()
-        loss.backward()
-        optimiser.step()
-        schedule.step()
-        sum_ += loss.item()
-        if (step + 1) % 500 == 0:
-            print(f"step {step + 1} of {steps}, loss {sum_ / 500:.4f}, {time.time() - began:.0f} s", flush=True)
-            sum_ = 0.0
-    net.eval()
+        some = shown(some * np.exp(chance.normal(0, 0.15, (len(some), 1, 1, 3))))
+        return F.binary_cross_entropy_with_logits(net(torch.from_numpy(np.ascontiguousarray(some))).reshape(-1), torch.from_numpy(right[chosen]))
+
+    net = fit(LookNet, count, 128, epochs, 6e-3, 1e-3, loss)
     with torch.no_grad():
         logits = torch.cat([net(torch.from_numpy(shown(part))).reshape(-1) for part in np.array_split(crops[count:], 20)]).numpy()
     robot = right[count:] > 0.5

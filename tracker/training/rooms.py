@@ -155,7 +155,7 @@ def places(rng, size, r, count):
 
 
 def room(seed, near=False):
-    """A BGR picture, and x, y, r of its robots, in pixels; from `near` their radius is 4 to 26, and more are empty."""
+    """A BGR picture, and x, y, r of its robots, in pixels. For the close look, `near`: radii of 4 to 26, more empty rooms, and more that may be taken for robots."""
     rng = np.random.default_rng([28 if near else 27, seed])
     if near:
         scale, wanted = 1.0, 4 * 6.5 ** rng.random()
@@ -166,8 +166,7 @@ def room(seed, near=False):
     look = Look(rng)
     canvas = floor_of(rng, size, size, r, look.board.mean())
     empty = rng.random() < (0.35 if near else 0.2)
-    kinds = 26 if near else 21
-    things(rng, canvas, r, rng.poisson(rng.choice([6, 15, 30] if empty else [0, 2, 6, 12])), kinds)
+    things(rng, canvas, r, rng.poisson(rng.choice([6, 15, 30] if empty else [0, 2, 6, 12])), near)
     most = int((size / r) ** 2 / 4 * 0.6) + 1
     count = 0 if empty else min(most, int(rng.choice([rng.integers(1, 6), rng.integers(4, 40), rng.integers(20, 120)])))
     robots = places(rng, size, r, count)
@@ -204,7 +203,7 @@ def room(seed, near=False):
             add_spot(canvas, led, width * r, colour * halo)
             add_spot(canvas, led, core_width * r, np.clip(look.core @ colour + rng.uniform(0, 0.4), 0, 1) * core)
     if rng.random() < 0.3:
-        things(rng, canvas, r, int(rng.integers(1, 3)), kinds)
+        things(rng, canvas, r, int(rng.integers(1, 3)), near)
     truth = np.array([(*at, r) for at in robots], float).reshape(-1, 3)
     # A view that slants.
     if rng.random() < 0.45:

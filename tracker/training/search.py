@@ -5,19 +5,17 @@ Usage: search.py OUT.onnx [ROOMS] [EPOCHS]
 """
 import multiprocessing
 import sys
-import time
 
 import cv2
 import numpy as np
 import torch
 from torch import nn
 from torch.nn import functional as F
-from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 import rooms
+from fitting import fit, write
 
 CELL = 4  # pixels of the net's picture to one of its answers
-SEED = 1
 
 
 class SearchNet(nn.Module):
@@ -81,32 +79,14 @@ def turned(pictures, truths, how):
 
 
 def train(pictures, truths, epochs, held_out=400):
-    torch.manual_seed(SEED)
-    torch.set_num_threads(1)
-    chance = np.random.default_rng(SEED)
-    net = SearchNet()
-    batch, count = 16, len(pictures) - held_out
-    steps = epochs * (count // batch)
-    optimiser = torch.optim.AdamW(net.parameters(), 4e-3, weight_decay=1e-4)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 4e-3, steps, pct_start=0.1)
-    began, sum_ = time.time(), 0.0
-    for step in range(steps):
-        if step % (count // batch) == 0:
-            order = chance.permutation(count)
-        chosen = order[step % (count // batch) * batch:][:batch]
+    count = len(pictures) - held_out
+
+    def loss(net, chosen, chance):
         shown, known = turned(pictures[chosen], [truths[i] for i in chosen], int(chance.integers(8)))
         wanted = torch.from_numpy(np.stack([target(t) for t in known]))
-        answer = net(torch.from_numpy(np.ascontiguousarray(shown.transpose(0, 3, 1, 2))).float() / 255)
-        loss = loss_of(answer, wanted)
-        optimiser.zero_grad()
-        loss.backward()
-        optimiser.step()
-        schedule.step()
-        sum_ += loss.item()
-        if (step + 1) % 200 == 0:
-            print(f"step {step + 1} of {steps}, loss {sum_ / 200:.3f}, {time.time() - began:.0f} s", flush=True)
-            sum_ = 0.0
-    net.eval()
+        return loss_of(net(torch.from_numpy(np.ascontiguousarray(shown.transpose(0, 3, 1, 2))).float() / 255), wanted)
+
+    net = fit(SearchNet, count, 16, epochs, 4e-3, 1e-4, loss)
     calibrate(net, pictures[count:], truths[count:])
     print(accuracy(net, pictures[count:], truths[count:]))
     return net
@@ -163,16 +143,6 @@ def accuracy(net, pictures, truths):
             false += sum(len(truth) == 0 or (np.hypot(*(truth[:, :2] - a).T) / truth[:, 2]).min() > 0.6 for a in at)
         lines.append(f"{least}: {found} of {robots} found, {false} false")
     return "\n".join(lines)
-
-
-def write(net, path, shown, free):
-    """ONNX for input like `shown`, whose dimensions `free` may have other lengths; weights rounded to half floats, norms put into them."""
-    plain = [fuse_conv_bn_eval(one, after) if isinstance(after, nn.BatchNorm2d) else one
-             for one, after in zip(net.layers, [*net.layers[1:], None]) if not isinstance(one, nn.BatchNorm2d)]
-    net.layers = nn.Sequential(*plain).eval()
-    for weight in net.parameters():
-        weight.data = weight.data.half().float()
-    torch.onnx.export(net, shown, path, input_names=["picture"], output_names=["robots"], dynamic_axes={"picture": free, "robots": free}, opset_version=11)
 
 
 if __name__ == "__main__":

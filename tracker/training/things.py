@@ -68,7 +68,7 @@ def letters(rng, canvas, at, high, count, ink, thick):
 
 
 def cap(rng, canvas, at, r):
-    """A bottle cap of one colour, as caps have any: teeth, an edge in shadow, light from one side, a word or a mark."""
+    """A bottle cap of any colour: teeth, a shaded edge, light from one side, perhaps a word."""
     hue = np.clip(rng.normal(0.5, 0.5, 3), 0.03, 1) if rng.random() < 0.7 else np.full(3, rng.uniform(0.1, 1))
     colour, light = 255 * hue / hue.max() * rng.uniform(0.25, 1), rng.uniform(0, TAU)
     angles = np.linspace(0, TAU, int(rng.choice([21, rng.integers(14, 60)])) * 4, endpoint=False)
@@ -142,8 +142,8 @@ def electronics(rng, canvas, at, r, turn, large):
         round_thing(rng, canvas, tuple(anywhere()), r * 10 ** rng.uniform(-0.5, 0.3), int(rng.integers(1 << 30)))
 
 
-def things(rng, canvas, r, count, kinds=21):
-    """What lies about and is no robot; of the last kinds, from 21 to 25, only when asked for."""
+def things(rng, canvas, r, count, near=False):
+    """What lies about and is no robot; if `near`, about half of it is easily taken for one."""
     of_one_kind = int(rng.integers(1 << 30))
     h, w = canvas.shape[:2]
     for _ in range(count):
@@ -151,8 +151,8 @@ def things(rng, canvas, r, count, kinds=21):
         colour = tinted(rng, rng.choice([rng.uniform(0, 60), rng.uniform(40, 255)]), rng.choice([0.03, 0.4]))
         other = tinted(rng, rng.uniform(0, 255), 0.2)
         turn, kind, large = rng.uniform(0, TAU), rng.integers(0, 21), r * 10 ** rng.uniform(-0.7, 0.7)
-        if kinds > 21 and rng.random() < 0.45:
-            kind = rng.integers(21, kinds)
+        if near and rng.random() < 0.45:
+            kind = rng.integers(21, 26)
         if kind == 0:  # bars, walls, clamps, rails
             box(canvas, at, turn, r * rng.uniform(2, 40), r * rng.uniform(0.1, 2), colour)
         elif kind == 1:  # boxes, paper, electronics
