@@ -89,6 +89,9 @@ class RehearsalCell(Cell):
         judged = [off for frame in frames for off in offs(frame, began)]
         wrong = collections.Counter(robot for off, robot in judged if off > ON_ROBOT_M)
         named = {robot for _, robot in judged}
+        if not named:
+            self.problems.append(f"no robot has a pose in the {len(frames)} frames of poses in the record")
+            return
         walked = max(math.dist(places[0][robot], places[-1][robot]) for robot in named)
         self.figures.update(poses=len(judged), wrong=sum(wrong.values()), named=len(named), seen_percent=round(100 * len(judged) / (len(frames) * (ROBOTS - 1)), 1), walked_m=round(walked, 3))
         self.wrong_if(wrong, f"{sum(wrong.values())} of {len(judged)} poses are those of another robot: {dict(wrong)}")

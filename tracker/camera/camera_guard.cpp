@@ -23,25 +23,31 @@ constexpr double followed_px = 5;  // that a mark is followed without searching
 constexpr std::size_t fewest_for_fit = 6;
 constexpr int small_reach = 56;  // searching, in the shrunk picture
 
-// The patch round a place between pixels, without its mean; false when it does not lie inside the picture.
+// The patch round a place between pixels, smoothed as templates are, without its mean; false when it does not lie
+// inside the picture.
 bool patch(const cv::Mat& bgr, double x_px, double y_px, float* out) {
-  const double left = x_px - half, top = y_px - half;
+  const double left = x_px - half - 1, top = y_px - half - 1;
   const int x0 = static_cast<int>(std::floor(left)), y0 = static_cast<int>(std::floor(top));
-  if (!(x0 >= 0 && y0 >= 0 && x0 + side + 1 <= bgr.cols && y0 + side + 1 <= bgr.rows)) return false;
-  const auto a = static_cast<float>(left - x0), b = static_cast<float>(top - y0);
-  std::array<float, side + 1> above{}, row{};
-  float sum = 0;
-  for (int y = 0; y <= side; ++y) {
-    const cv::Vec3b* const pixels = bgr.ptr<cv::Vec3b>(y0 + y) + x0;
-    for (int x = 0; x <= side; ++x) row[static_cast<std::size_t>(x)] = grey_of(pixels[x]);
-    if (y > 0)
-      for (std::size_t x = 0; x < side; ++x) {
-        const float value = (1 - b) * ((1 - a) * above[x] + a * above[x + 1]) + b * ((1 - a) * row[x] + a * row[x + 1]);
-        out[static_cast<std::size_t>(y - 1) * side + x] = value;
-        sum += value;
-      }
-    above = row;
+  if (!(x0 >= 0 && y0 >= 0 && x0 + side + 3 <= bgr.cols && y0 + side + 3 <= bgr.rows)) return false;
+  // between two pixels, and of three of these: of four
+  const auto weights = [](float part) { return std::array{(1 - part) / 4, (2 - part) / 4, (1 + part) / 4, part / 4}; };
+  const auto along = weights(static_cast<float>(left - x0)), across = weights(static_cast<float>(top - y0));
+  std::array<std::array<float, side>, side + 3> rows;
+  for (std::size_t y = 0; y < rows.size(); ++y) {
+    const cv::Vec3b* const pixels = bgr.ptr<cv::Vec3b>(y0 + static_cast<int>(y)) + x0;
+    std::array<float, side + 3> grey;
+    for (std::size_t x = 0; x < grey.size(); ++x) grey[x] = grey_of(pixels[x]);
+    for (std::size_t x = 0; x < side; ++x)
+      rows[y][x] = along[0] * grey[x] + along[1] * grey[x + 1] + along[2] * grey[x + 2] + along[3] * grey[x + 3];
   }
+  float sum = 0;
+  for (std::size_t y = 0; y < side; ++y)
+    for (std::size_t x = 0; x < side; ++x) {
+      const float value =
+          across[0] * rows[y][x] + across[1] * rows[y + 1][x] + across[2] * rows[y + 2][x] + across[3] * rows[y + 3][x];
+      out[y * side + x] = value;
+      sum += value;
+    }
   const float mean = sum / (side * side);
   for (int k = 0; k < side * side; ++k) out[k] -= mean;
   return true;
@@ -240,7 +246,7 @@ std::optional<Calibration> CameraGuard::fit(const Calibration& from) const {
         const double typical = median(off);
         const auto fitting =
             std::count_if(off.begin(), off.end(), [&](double each) { return each < std::max(1.0, 3 * typical); });
-        if (typical > 0.5 || static_cast<std::size_t>(fitting) < enough) return std::nullopt;
+        if (typical > settings_.tolerance_px || static_cast<std::size_t>(fitting) < enough) return std::nullopt;
         return camera;
       }
       camera = moved(camera, step);

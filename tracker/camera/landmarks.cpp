@@ -28,8 +28,8 @@ Landmark cut_out(const cv::Mat& bgr, const cv::Mat& shrunk, int by, const cv::Po
 
 // Standard deviation of its place in a direction in which it is known worst; nothing when the noise has slopes like it.
 std::optional<double> sigma_px(const Template& landmark, double noise) {
-  // noise has slopes of its own, half its variance a pixel
-  const double own = 0.5 * noise * noise * Template::side * Template::side;
+  // noise has slopes of its own, in smoothed levels 15/256 of its variance a pixel
+  const double own = 15.0 / 256 * noise * noise * Template::side * Template::side;
   const double least = (landmark.xx + landmark.yy) / 2 - std::hypot((landmark.xx - landmark.yy) / 2, landmark.xy) - own;
   if (!(least > 0)) return {};
   return noise / std::sqrt(least);
@@ -55,18 +55,22 @@ cv::Rect rough_patch(int x_px, int y_px, int by, const cv::Size& shrunk) {
 }
 
 Template template_of(const Landmark& landmark) {
-  constexpr std::size_t wide = Landmark::side, side = Template::side;
+  constexpr std::size_t wide = Landmark::side, smooth_wide = wide - 2, side = Template::side;
   const std::vector<std::uint8_t>& patch = landmark.grey;
+  std::vector<float> smooth;
+  for (std::size_t y = 1; y <= smooth_wide; ++y)
+    for (std::size_t x = 1; x <= smooth_wide; ++x) {
+      const auto across = [&patch](std::size_t k) { return patch[k - 1] + 2 * patch[k] + patch[k + 1]; };
+      const std::size_t k = y * wide + x;
+      smooth.push_back(static_cast<float>(across(k - wide) + 2 * across(k) + across(k + wide)) / 16);
+    }
   Template out;
   for (std::size_t y = 1; y <= side; ++y)
     for (std::size_t x = 1; x <= side; ++x) {
-      const std::size_t k = y * wide + x;
-      const auto slope = [&patch](std::size_t before, std::size_t after) {
-        return 0.5F * (static_cast<float>(patch[after]) - static_cast<float>(patch[before]));
-      };
-      out.grey.push_back(static_cast<float>(patch[k]));
-      out.along_x.push_back(slope(k - 1, k + 1));
-      out.along_y.push_back(slope(k - wide, k + wide));
+      const std::size_t k = y * smooth_wide + x;
+      out.grey.push_back(smooth[k]);
+      out.along_x.push_back(0.5F * (smooth[k + 1] - smooth[k - 1]));
+      out.along_y.push_back(0.5F * (smooth[k + smooth_wide] - smooth[k - smooth_wide]));
     }
   // what is compared with it has no mean, so its slopes have none
   const auto without_mean = [](std::vector<float>& values) {
