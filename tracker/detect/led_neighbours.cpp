@@ -19,9 +19,6 @@ constexpr double border_deg = 270;
 // LEDs lie at 0.81 to 0.96 of the radius, mirrored light at 0.5 to 0.9, on one side of most robots of a picture.
 // Measured on the real pictures and on 17 of another room.
 constexpr double beyond_glare = 0.92, glare_width_rad = 0.8;
-// Below this confidence, more than half of the white spots in rendered rooms are mirrored lamps; 4 of 41 white LEDs
-// are.
-constexpr double least_white = 0.2;
 
 bool blue_or_magenta(const Detection& robot) {
   return robot.led == hal::Led::blue || robot.led == hal::Led::magenta;
@@ -77,7 +74,7 @@ void doubt_white(std::span<Detection*> robots) {
   for (Detection* robot : robots) {
     if (robot->led != hal::Led::white) continue;
     const double off = std::abs(std::remainder(direction(*robot) - std::atan2(y, x), 2 * std::numbers::pi));
-    if (robot->led_confidence < least_white || far(*robot) < nearest_led ||
+    if (robot->led_confidence < least_sure || far(*robot) < nearest_led ||
         (mirrored >= 2 && far(*robot) < beyond_glare && off < glare_width_rad))
       forget_led(*robot);
   }

@@ -32,6 +32,7 @@ constexpr double palest_warm = 0.4, surely_lit = 0.55;
 // Where an LED's light can be. Nearer to the centre it is a reflection or a part of the board, farther out a
 // neighbour's LED: 8 of 7000 lit LEDs in the bench's pictures and in rendered rooms appear outside these limits.
 constexpr double too_near = 0.7, too_far = 1.1;
+constexpr int cut_off = 251;          // levels from here on may be brighter light, as in white_balance()
 constexpr double smallest_r_px = 10;  // below it halos are as pale; chosen on the real pictures with noise
 
 struct RingDirections {
@@ -192,6 +193,8 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
             to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
   const auto by_blue = static_cast<float>(gains.blue), by_green = static_cast<float>(gains.green),
              by_red = static_cast<float>(gains.red);
+  // A cut-off channel says how bright it is at least; with less gain than the others, its colour would be wrong.
+  const int most_blue = gains.blue < 1 ? cut_off - 1 : 255, most_red = gains.red < 1 ? cut_off - 1 : 255;
   float core_x = 0, core_y = 0, core_weight = 0, added_blue = 0, added_green = 0, added_red = 0;
   for (int row = from_y; row <= to_y; ++row) {
     const std::uint8_t* line = bgr.ptr<std::uint8_t>(row);
@@ -213,7 +216,7 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
       const float bright = std::max(blue, std::max(green, red));
       const float out_x = static_cast<float>(column - board.x_px);
       if (bright < 8 || out_x * out_x + out_y * out_y > r_squared ||
-          std::min(pixel[0], std::min(pixel[1], pixel[2])) >= 240)
+          std::min(pixel[0], std::min(pixel[1], pixel[2])) >= 240 || pixel[0] > most_blue || pixel[2] > most_red)
         continue;
       const float colour = bright - std::min(blue, std::min(green, red));
       const float nearness = 1 - squared * halo;  // reach keeps it positive
@@ -238,7 +241,10 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
   const auto sure = static_cast<float>(std::clamp(std::abs(brightness - lit) / 0.2, 0.0, 1.0));
   spot.lit_confidence = sure;
   if (brightness < lit) {
-    spot.confidence = sure;
+    if (sure < least_sure)
+      spot.led = hal::Led::unknown, spot.lit_confidence = 0;
+    else
+      spot.confidence = sure;
     return spot;
   }
   spot.led = colour.led;
