@@ -174,7 +174,8 @@ TEST_CASE("find_led, glare on the coin cell") {
 
 TEST_CASE("find_led, light where no LED can be") {
   // Proves: bright red light on a robot is its LED at 0.86 of the radius, and unknown nearer to the centre or outside.
-  for (const auto& [part, led] : {std::pair{0.64, Led::unknown}, {0.86, Led::red}, {1.14, Led::unknown}}) {
+  for (const double part : {0.64, 0.86, 1.14}) {
+    const Led led = part == 0.86 ? Led::red : Led::unknown;
     cv::Mat bgr(120, 120, CV_8UC3, cv::Scalar::all(110));
     cv::circle(bgr, {60, 60}, 40, cv::Scalar::all(30), -1);
     cv::circle(bgr, {60, 60}, 22, cv::Scalar::all(90), -1);
