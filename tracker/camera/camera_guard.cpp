@@ -246,6 +246,7 @@ std::optional<Calibration> CameraGuard::fit(const Calibration& from) const {
         const double typical = median(off);
         const auto fitting =
             std::count_if(off.begin(), off.end(), [&](double each) { return each < std::max(1.0, 3 * typical); });
+        // with noise, landmarks fit a true position no better than those of an unmoved camera must
         if (typical > settings_.tolerance_px || static_cast<std::size_t>(fitting) < enough) return std::nullopt;
         return camera;
       }

@@ -11,6 +11,7 @@
 
 #include "tracker/detect/led_colour.hpp"
 #include "tracker/detect/led_neighbours.hpp"
+#include "tracker/detect/white_balance.hpp"
 
 namespace arkmesh::tracker {
 namespace {
@@ -32,7 +33,6 @@ constexpr double palest_warm = 0.4, surely_lit = 0.55;
 // Where an LED's light can be. Nearer to the centre it is a reflection or a part of the board, farther out a
 // neighbour's LED: 8 of 7000 lit LEDs in the bench's pictures and in rendered rooms appear outside these limits.
 constexpr double too_near = 0.7, too_far = 1.1;
-constexpr int cut_off = 251;          // levels from here on may be brighter light, as in white_balance()
 constexpr double smallest_r_px = 10;  // below it halos are as pale; chosen on the real pictures with noise
 
 struct RingDirections {
@@ -193,8 +193,8 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
             to_y = std::min(bgr.rows - 1, static_cast<int>(y + reach) + 1);
   const auto by_blue = static_cast<float>(gains.blue), by_green = static_cast<float>(gains.green),
              by_red = static_cast<float>(gains.red);
-  // A cut-off channel says how bright it is at least; with less gain than the others, its colour would be wrong.
-  const int most_blue = gains.blue < 1 ? cut_off - 1 : 255, most_red = gains.red < 1 ? cut_off - 1 : 255;
+  // With less gain than the others, a cut-off channel would look darker than it is.
+  const int most_blue = gains.blue < 1 ? most_certain : 255, most_red = gains.red < 1 ? most_certain : 255;
   float core_x = 0, core_y = 0, core_weight = 0, added_blue = 0, added_green = 0, added_red = 0;
   for (int row = from_y; row <= to_y; ++row) {
     const std::uint8_t* line = bgr.ptr<std::uint8_t>(row);

@@ -24,7 +24,7 @@ constexpr double clear_enough = 0.65;
 constexpr double large_px = 64, large_one = 0.995;  // few circles larger than that are more often something else
 constexpr std::size_t edge_sizes = 4;               // that are tried, of those that edges name
 constexpr std::size_t net_sizes = 6;                // likewise of those that the net sees
-constexpr double net_votes = 0.25;                  // and have so much evidence: no size had robots with less than 0.33
+constexpr double net_votes = 0.25;                  // evidence they need; sizes that led to robots had 0.33
 constexpr double net_reach = 1.3;                   // it finds radii down to the one asked for divided by this
 constexpr double same_size = 0.06;                  // the logarithm of the ratio of radii
 constexpr double other_size = 0.35;                 // the same of robots of one picture, at most: a view may slant

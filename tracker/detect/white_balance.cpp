@@ -28,7 +28,8 @@ struct Ratios {
       if (!(x >= 0 && y >= 0 && x < bgr.cols && y < bgr.rows)) continue;
       const std::uint8_t* pixel = bgr.ptr<std::uint8_t>(static_cast<int>(y)) + 3 * static_cast<int>(x);
       // cut off, or nearly black: shows no tint
-      if (std::max({pixel[0], pixel[1], pixel[2]}) > 250 || std::min({pixel[0], pixel[1], pixel[2]}) < 5) continue;
+      if (std::max({pixel[0], pixel[1], pixel[2]}) > most_certain || std::min({pixel[0], pixel[1], pixel[2]}) < 5)
+        continue;
       blue.push_back(std::log(pixel[0] / static_cast<double>(pixel[1])));
       red.push_back(std::log(pixel[2] / static_cast<double>(pixel[1])));
     }

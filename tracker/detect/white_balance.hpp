@@ -13,6 +13,9 @@ class Mat;
 
 namespace arkmesh::tracker {
 
+// A channel brighter than this may be cut off: it says only how bright the light is at least.
+inline constexpr int most_certain = 250;
+
 // Factors that make light what it was, 1 where nothing is false. `boards` are the circles round the robots of an 8-bit
 // BGR picture.
 Light white_balance(const cv::Mat& bgr, std::span<const Circle> boards);
