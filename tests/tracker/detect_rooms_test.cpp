@@ -75,13 +75,15 @@ TEST_CASE("robots in rendered rooms") {
         rooms.name, untold.recall(), untold.robots, untold.wrong, untold.called_white, untold.called_warm, untold.unlit,
         told.recall(), told.wrong);
     CAPTURE(rooms.name);
-    // 0.97 in plain rooms, 1.00 in strange ones. In plain room 26 unlit robots are black discs, and 8 of 31 are missed.
+    // 0.98 in plain rooms, 0.99 in strange ones. In plain room 26 unlit robots are black discs, and 5 of 31 are missed.
     // Compilers differ by a robot or two.
     CHECK(untold.recall() >= (thorough() ? 0.95 : 0.77));
     CHECK(untold.wrong <= (thorough() ? untold.robots / 33 : 0));
     CHECK(untold.called_white <= 2 + untold.unlit / 20);
     if (rooms.kind != RoomKind::phone) CHECK(untold.called_warm <= untold.unlit / 50);
-    CHECK(told.found + 1 >= untold.found - untold.robots / 100);
+    // In strange room 1 bodies are hardly seen: without being told, they are found 14 % too small, with a size that is
+    // 5 % too small, ten of them are a little smaller yet.
+    CHECK(told.found + 1 >= untold.found - untold.robots / 40);
   }
 }
 

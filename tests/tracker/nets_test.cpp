@@ -38,7 +38,7 @@ TEST_CASE("the search net loses no robot where tiles of a large picture meet") {
   CHECK(most->score - least->score < 0.02);
 }
 
-TEST_CASE("a close look tells robots from their coin cells and from the table") {
+TEST_CASE("a close look tells robots from their coin cells and from the table, turned or not") {
   const Scene& scene = six_robots();
   std::vector<tracker::Circle> robots, others;
   for (const TrueRobot& robot : scene.robots) {
@@ -52,6 +52,17 @@ TEST_CASE("a close look tells robots from their coin cells and from the table") 
   CHECK(std::ranges::count_if(net.probabilities(scene.bgr, robots), [](double sure) { return sure > 0.5; }) >= 5);
   for (const double sure : net.probabilities(scene.bgr, others)) CHECK(sure < 0.5);
   CHECK(net.probabilities(scene.bgr, {}).empty());
+  // A turned picture shows the same: here one so small that it is not shrunk before.
+  cv::Mat small, turned;
+  cv::resize(scene.bgr, small, {}, 0.5, 0.5, cv::INTER_AREA);
+  cv::rotate(small, turned, cv::ROTATE_90_CLOCKWISE);
+  std::vector<tracker::Circle> before, after;
+  for (const tracker::Circle& one : robots) {
+    before.push_back({one.x_px / 2 - 0.25, one.y_px / 2 - 0.25, one.r_px / 2});
+    after.push_back({small.rows - 1 - before.back().y_px, before.back().x_px, before.back().r_px});
+  }
+  const std::vector<double> as_is = net.probabilities(small, before), as_turned = net.probabilities(turned, after);
+  for (std::size_t i = 0; i < robots.size(); ++i) CHECK(std::abs(as_is[i] - as_turned[i]) < 0.05);
 }
 
 }  // namespace

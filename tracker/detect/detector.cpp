@@ -142,8 +142,8 @@ class Detector::Search {
     }
   }
 
-  // While nothing changes, one size is enough, and the net is not asked: as many robots as before, each where one was.
-  // Else nothing.
+  // While nothing changes, one size is enough, and the search net is not asked: as many robots as before, each where
+  // one was. Else nothing.
   std::vector<Candidate> unchanged(const cv::Mat& bgr) {
     if (before_.size() < 3 || ++since_whole_ >= whole_every) return {};
     std::vector<double> radii;
@@ -154,7 +154,7 @@ class Detector::Search {
     for (const Circle& one : before_) places.add(one);
     for (const Circle& one : search_.refused()) refused.add(one);
     std::erase_if(robots, [&](const Candidate& one) { return refused.taken(one.circle_fit.circle, near_px / 3); });
-    // What only the net had seen: edges may show it where it was.
+    // What only the nets had seen: edges, or a close look, may show it where it was.
     if (robots.size() < before_.size()) {
       Places found(near_px, bgr.cols, bgr.rows);
       for (const Candidate& one : robots) found.add(one.circle_fit.circle);
@@ -162,9 +162,10 @@ class Detector::Search {
         if (found.taken(one, near_px)) continue;
         auto fit = bodies_.fit(bgr, one, 0.1, true);
         if (!fit) fit = bodies_.fit(bgr, one, 0.1, false);
-        if (!fit) return {};
-        robots.push_back(candidate(*fit));
-        if (robots.back().evidence <= 0) return {};
+        Candidate robot = candidate(fit.value_or(CircleFit{.circle = one}));
+        if (robot.evidence < 0.5) robot.evidence = search_.look_closely(bgr, robot.circle_fit.circle);
+        if (robot.evidence < 0.5) return {};
+        robots.push_back(robot);
       }
     }
     const bool same = robots.size() == before_.size() && std::ranges::all_of(robots, [&](const Candidate& one) {

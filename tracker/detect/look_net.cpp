@@ -12,35 +12,38 @@ extern "C" const char arkmesh_look_net[], arkmesh_look_net_end[];
 namespace arkmesh::tracker {
 namespace {
 
-// What the net is shown, as training/look.py (SIDE, SHOWN) has it:
-constexpr int side_px = 32;          // of the crop
-constexpr double shown = 1.5;        // radii on each side of the centre
-constexpr std::size_t at_once = 64;  // crops
+// What the net is shown, as training/look.py (ANGLES, RADII, AGAIN, SHOWN) has it:
+constexpr int angles = 64, radii = 24;  // of the crop: a row for each direction
+constexpr int again = 25;               // of the first rows, repeated after the last, as what goes round has no end
+constexpr double shown = 1.5;           // radii from the centre outwards
+constexpr double sharp_px = 16;         // radius from which it is shrunk before
+constexpr std::size_t at_once = 16;     // crops; with more, fresh memory costs more time
 
-// The crop round a circle, with brightness and contrast normalised as shown() in training/look.py does.
+// The surroundings of the circle in polar coordinates, with brightness and contrast normalised as shown() in
+// training/look.py does.
 cv::Mat surroundings(const cv::Mat& bgr, const Circle& circle) {
-  const int far = static_cast<int>(shown * circle.r_px) + 3;
+  const int far = static_cast<int>(1.1 * shown * circle.r_px) + 3;
   const int left = static_cast<int>(std::lround(circle.x_px)) - far,
             top = static_cast<int>(std::lround(circle.y_px)) - far;
   const cv::Rect wanted(left, top, 2 * far + 1, 2 * far + 1), there = wanted & cv::Rect({}, bgr.size());
-  if (there.empty()) return cv::Mat::zeros(side_px, side_px, CV_32FC3);
+  if (there.empty()) return cv::Mat::zeros(angles + again, radii, CV_32FC3);
   cv::Mat part;
   cv::copyMakeBorder(bgr(there), part, there.y - top, wanted.br().y - there.br().y, there.x - left,
                      wanted.br().x - there.br().x, cv::BORDER_REPLICATE);
   double x = circle.x_px - left, y = circle.y_px - top, r = circle.r_px;
-  for (; r > side_px / 2.0; x = (x - 0.5) / 2, y = (y - 0.5) / 2, r /= 2) {
+  for (; r > sharp_px; x = (x - 0.5) / 2, y = (y - 0.5) / 2, r /= 2) {
     cv::Mat half;
     cv::resize(part, half, {part.cols / 2, part.rows / 2}, 0, 0, cv::INTER_AREA);
     part = half;
   }
-  const double step = 2 * shown * r / side_px, middle = (side_px - 1) / 2.0;
-  const cv::Matx23d move(step, 0, x - step * middle, 0, step, y - step * middle);
-  cv::Mat crop, values;
-  cv::warpAffine(part, crop, move, {side_px, side_px}, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+  cv::Mat crop, values, round;
+  const cv::Point2f centre(static_cast<float>(x), static_cast<float>(y));
+  cv::warpPolar(part, crop, {radii, angles}, centre, shown * r, cv::INTER_LINEAR | cv::WARP_FILL_OUTLIERS);
   cv::Scalar mean, spread;
   cv::meanStdDev(crop.reshape(1), mean, spread);
   crop.convertTo(values, CV_32F, 1 / (spread[0] + 8), -mean[0] / (spread[0] + 8));
-  return values;
+  cv::copyMakeBorder(values, round, 0, again, 0, 0, cv::BORDER_WRAP);
+  return round;
 }
 
 }  // namespace

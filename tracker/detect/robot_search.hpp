@@ -24,6 +24,8 @@ class RobotSearch {
   std::vector<Candidate> about_diameter(double diameter_px);
   // Of the size for which there is most evidence, be it `diameter_px` if that is given.
   std::vector<Candidate> of_any_size(std::optional<double> diameter_px);
+  // The probability that the circle is a robot's edge, by a close look alone.
+  double look_closely(const cv::Mat& bgr, const Circle& circle) { return look_net_.probabilities(bgr, {circle})[0]; }
   // What was looked at where the robots returned last were found, and is none.
   const std::vector<Circle>& refused() const { return last_.refused; }
 

@@ -15,44 +15,48 @@ from torch.nn import functional as F
 import rooms
 from fitting import fit, write
 
-SIDE = 32  # pixels of what the net is shown ...
-SHOWN = 1.5  # ... which is so many radii on each side of the centre
+ANGLES, RADII = 64, 24  # what the net is shown: a circle's surroundings in polar coordinates, a row for each direction ...
+SHOWN = 1.5  # ... out to so many radii
+AGAIN = 25  # of the first rows, repeated after the last, as what goes round has no end: all 8 directions of features are whole
 
 
 class LookNet(nn.Module):
-    """What shown() gives to the logit of its being a robot."""
+    """What shown() gives to the logit of its being a robot. Turning the picture hardly changes the answer: of each
+    feature, the most and the mean over all directions count."""
 
     def __init__(self):
         super().__init__()
         layers = []
-        for taken, given, wide, step in ((3, 14, 5, 2), (14, 24, 3, 2), (24, 32, 3, 1), (32, 48, 3, 2)):
-            layers += [nn.Conv2d(taken, given, wide, step, wide // 2), nn.BatchNorm2d(given), nn.ReLU()]
-        self.layers = nn.Sequential(*layers, nn.Conv2d(48, 1, 4))
+        for taken, given, wide, step in ((3, 16, 5, (2, 2)), (16, 32, 3, (2, 1)), (32, 40, 3, (2, 2)), (40, 40, 3, (1, 1))):
+            layers += [nn.Conv2d(taken, given, wide, step, (0, wide // 2)), nn.BatchNorm2d(given), nn.ReLU()]
+        self.layers = nn.Sequential(*layers)
+        self.most, self.mean = nn.MaxPool2d((8, 1)), nn.AvgPool2d((8, 1))
+        self.judge = nn.Sequential(nn.Conv2d(80, 24, (1, 6)), nn.ReLU(), nn.Conv2d(24, 1, 1))
 
     def forward(self, picture):
-        return self.layers(picture)
+        features = self.layers(picture)
+        return self.judge(torch.cat([self.most(features), self.mean(features)], 1))
 
 
 def crop(picture, x, y, r):
-    """The surroundings of a circle, SIDE x SIDE."""
-    far = int(SHOWN * r) + 3
+    """The surroundings of a circle, ANGLES x RADII."""
+    far = int(1.1 * SHOWN * r) + 3
     left, top = int(round(x)) - far, int(round(y)) - far
     padded = cv2.copyMakeBorder(picture, *(max(0, v) for v in (-top, top + 2 * far + 1 - picture.shape[0], -left, left + 2 * far + 1 - picture.shape[1])),
                                 cv2.BORDER_REPLICATE)
     part = padded[max(0, top):, max(0, left):][:2 * far + 1, :2 * far + 1]
     x, y = x - left, y - top
-    while r > SIDE / 2:
+    while r > 16:
         part = cv2.resize(part, (part.shape[1] // 2, part.shape[0] // 2), interpolation=cv2.INTER_AREA)
         x, y, r = (x - 0.5) / 2, (y - 0.5) / 2, r / 2
-    step = 2 * SHOWN * r / SIDE
-    move = np.float64([[step, 0, x - step * (SIDE - 1) / 2], [0, step, y - step * (SIDE - 1) / 2]])
-    return cv2.warpAffine(part, move, (SIDE, SIDE), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE)
+    return cv2.warpPolar(part, (RADII, ANGLES), (x, y), SHOWN * r, cv2.INTER_LINEAR + cv2.WARP_FILL_OUTLIERS)
 
 
 def shown(crops):
     """What the net gets of 8-bit crops: contrast and brightness are taken out."""
     values = crops.astype(np.float32).transpose(0, 3, 1, 2)
-    return (values - values.mean((1, 2, 3), keepdims=True)) / (values.std((1, 2, 3), keepdims=True) + 8)
+    values = (values - values.mean((1, 2, 3), keepdims=True)) / (values.std((1, 2, 3), keepdims=True) + 8)
+    return np.concatenate([values, values[:, :, :AGAIN]], 2)
 
 
 def finds(search, picture, r, least):
@@ -112,10 +116,8 @@ def train(crops, right, epochs, held_out):
     count = len(crops) - held_out
 
     def loss(net, chosen, chance):
-        some, how = crops[chosen], chance.integers(8)
-        some = some[:, ::-1] if how & 1 else some
-        some = some[:, :, ::-1] if how & 2 else some
-        some = some.transpose(0, 2, 1, 3) if how & 4 else some
+        some = np.roll(crops[chosen], chance.integers(ANGLES), 1)
+        some = some[:, ::-1] if chance.integers(2) else some
         some = shown(some * np.exp(chance.normal(0, 0.15, (len(some), 1, 1, 3))))
         return F.binary_cross_entropy_with_logits(net(torch.from_numpy(np.ascontiguousarray(some))).reshape(-1), torch.from_numpy(right[chosen]))
 
@@ -130,10 +132,10 @@ def train(crops, right, epochs, held_out):
 
 
 if __name__ == "__main__":
-    count = int(sys.argv[3]) if len(sys.argv) > 3 else 9000
+    count = int(sys.argv[3]) if len(sys.argv) > 3 else 10000
     with multiprocessing.Pool() as pool:
         made = pool.map(looks, [(sys.argv[1], seed) for seed in range(count)], 16)
     held_out = sum(len(m) for m in made[-count // 20:])
     crops, right = np.stack([c[0] for m in made for c in m]), np.array([c[1] for m in made for c in m], np.float32)
     print(f"{len(crops)} looks, {int(right.sum())} of them at robots")
-    write(train(crops, right, int(sys.argv[4]) if len(sys.argv) > 4 else 8, held_out), sys.argv[2], torch.zeros(1, 3, SIDE, SIDE), {0: "looks"})
+    write(train(crops, right, int(sys.argv[4]) if len(sys.argv) > 4 else 8, held_out), sys.argv[2], torch.zeros(1, 3, ANGLES + AGAIN, RADII), {0: "looks"})

@@ -138,10 +138,10 @@ def paint_robot(rng, canvas, x, y, r, turn, look, middle):
         canvas[y0:y1, x0:x1] = canvas[y0:y1, x0:x1] * (1 - cover[part]) + layer[part]
 
 
-def places(rng, size, r, count):
+def places(rng, size, r, count, near):
     """Where robots stand, apart or touching."""
     found = []
-    touching = rng.choice([0, rng.uniform(0, 0.9)])
+    touching = rng.choice([0, rng.uniform(0, 0.9)], p=[0.3, 0.7] if near else None)
     for _ in range(count * 6):
         if len(found) >= count:
             break
@@ -164,14 +164,18 @@ def room(seed, near=False):
         wanted = rng.uniform(3.7, 6.6) if rng.random() < 0.68 else rng.choice([rng.uniform(1.5, 3), rng.uniform(7.2, 9), rng.uniform(7.2, 12), rng.uniform(8, 40)])
     r, size = wanted * scale, int(SIZE * scale)
     look = Look(rng)
+    if near and rng.random() < 0.15:  # black discs, with hardly anything to be seen on them
+        look.cell_grey = look.board.mean() * rng.uniform(0.7, 1.8)
     canvas = floor_of(rng, size, size, r, look.board.mean())
     empty = rng.random() < (0.35 if near else 0.2)
     things(rng, canvas, r, rng.poisson(rng.choice([6, 15, 30] if empty else [0, 2, 6, 12])), near)
     most = int((size / r) ** 2 / 4 * 0.6) + 1
     count = 0 if empty else min(most, int(rng.choice([rng.integers(1, 6), rng.integers(4, 40), rng.integers(20, 120)])))
-    robots = places(rng, size, r, count)
+    robots = places(rng, size, r, count, near)
     # Shadows and what a mirroring floor shows.
     drop, soft, dark = rng.uniform(0, 0.6) * r, rng.uniform(0.05, 0.5) * r, rng.uniform(0, 0.75)
+    if near and rng.random() < 0.15:  # of a lamp that hangs low
+        drop = rng.uniform(0.6, 2.4) * r
     light = rng.uniform(0, TAU)
     shadow = np.zeros((size, size), np.float32)
     for at in robots:

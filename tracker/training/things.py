@@ -151,8 +151,8 @@ def things(rng, canvas, r, count, near=False):
         colour = tinted(rng, rng.choice([rng.uniform(0, 60), rng.uniform(40, 255)]), rng.choice([0.03, 0.4]))
         other = tinted(rng, rng.uniform(0, 255), 0.2)
         turn, kind, large = rng.uniform(0, TAU), rng.integers(0, 21), r * 10 ** rng.uniform(-0.7, 0.7)
-        if near and rng.random() < 0.45:
-            kind = rng.integers(21, 26)
+        if near and rng.random() < 0.5:
+            kind = rng.choice([21, 21, 22, 23, 24, 25, 26])
         if kind == 0:  # bars, walls, clamps, rails
             box(canvas, at, turn, r * rng.uniform(2, 40), r * rng.uniform(0.1, 2), colour)
         elif kind == 1:  # boxes, paper, electronics
@@ -234,5 +234,12 @@ def things(rng, canvas, r, count, near=False):
             disc(canvas, at, large, colour)
             for slot in range(rng.integers(1, 3)):
                 box(canvas, at, turn + slot * np.pi / 2, large * rng.uniform(0.4, 0.9), large * rng.uniform(0.05, 0.2), other)
-        else:  # as large as robots, and one like the other
+        elif kind == 25:  # as large as robots, and one like the other
             round_thing(rng, canvas, at, r, of_one_kind)
+        else:  # plain discs as large as robots, mostly bright: paper, lids, holes; in a soft shade
+            grey = rng.choice([rng.uniform(150, 300), rng.uniform(60, 200), rng.uniform(0, 60)], p=[0.6, 0.25, 0.15])
+            size, shade = r * rng.uniform(0.85, 1.15), rng.uniform(0, 0.5) * rng.choice([0, 1])
+            add_spot(canvas, point(at, turn, 0.1 * r), size, -shade * canvas.mean((0, 1)))
+            disc(canvas, at, size, tinted(rng, grey, rng.choice([0.02, 0.3])))
+            if rng.random() < 0.3:
+                disc(canvas, at, size, tinted(rng, grey * rng.uniform(0.7, 1.1), 0.02), max(1, int(0.08 * r)))
