@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "tracker/detect/impostor.hpp"
+
 namespace arkmesh::tracker {
 namespace {
 
@@ -178,6 +180,15 @@ std::vector<Candidate> RobotSearch::looked_at(std::vector<Candidate> proposed, d
 RobotSearch::OfSize RobotSearch::of_size(double diameter_px, std::vector<Candidate> proposed) {
   const double r_px = proposed.empty() ? diameter_px / 2 : BodySearch::median_r_px(proposed);
   OfSize found{.robots = looked_at(std::move(proposed), r_px)};
+  const auto refuse = [&](const Candidate& one, const char* why) {
+    found.refused.push_back(one.circle_fit.circle);
+    bodies_.object(one.circle_fit.circle, one.evidence, why);
+    return true;
+  };
+  std::erase_if(found.robots, [&](const Candidate& one) {
+    const char* const why = why_no_robot(bgr_, one.circle_fit);
+    return why && refuse(one, why);
+  });
   const double share = adapt_to_share(found.robots);
   const auto likelier = [&](double least) {
     return static_cast<std::size_t>(
@@ -190,11 +201,8 @@ RobotSearch::OfSize RobotSearch::of_size(double diameter_px, std::vector<Candida
   std::erase_if(found.robots, [&](const Candidate& one) {
     const bool large = one.circle_fit.circle.r_px > large_px;
     const double least = !few ? settings_.min_confidence : large ? large_one : clear(one) ? clearly_one : beyond_doubt;
-    if (!none && one.evidence >= least) return false;
-    found.refused.push_back(one.circle_fit.circle);
-    bodies_.object(one.circle_fit.circle, one.evidence,
-                   "unlikely to be a robot, judging by its edge and the trained nets");
-    return true;
+    return (none || one.evidence < least) &&
+           refuse(one, "unlikely to be a robot, judging by its edge and the trained nets");
   });
   for (const Candidate& one : found.robots)
     found.votes += std::pow(one.evidence, 8) * std::min(1.0, one.circle_fit.circle.r_px / 8);
