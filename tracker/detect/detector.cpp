@@ -163,8 +163,9 @@ class Detector::Search {
         auto fit = bodies_.fit(bgr, one, 0.1, true);
         if (!fit) fit = bodies_.fit(bgr, one, 0.1, false);
         Candidate robot = candidate(fit.value_or(CircleFit{.circle = one}));
-        if (robot.evidence < 0.5) robot.evidence = search_.look_closely(bgr, robot.circle_fit.circle);
-        if (robot.evidence < 0.5) return {};
+        const double least = settings_.min_confidence;
+        if (robot.evidence < least) robot.evidence = search_.look_closely(bgr, robot.circle_fit.circle);
+        if (robot.evidence < least) return {};
         robots.push_back(robot);
       }
     }

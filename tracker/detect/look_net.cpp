@@ -12,17 +12,18 @@ extern "C" const char arkmesh_look_net[], arkmesh_look_net_end[];
 namespace arkmesh::tracker {
 namespace {
 
-// What the net is shown, as training/look.py (ANGLES, RADII, AGAIN, SHOWN) has it:
+// What the net is shown, as training/look.py (ANGLES, RADII, AGAIN, SHOWN, MARGIN, LARGEST) has it:
 constexpr int angles = 64, radii = 24;  // of the crop: a row for each direction
-constexpr int again = 25;               // of the first rows, repeated after the last, as what goes round has no end
+constexpr int again = 25;               // of the first rows, repeated after the last: a circle has no end
 constexpr double shown = 1.5;           // radii from the centre outwards
-constexpr double sharp_px = 16;         // radius from which it is shrunk before
-constexpr std::size_t at_once = 16;     // crops; with more, fresh memory costs more time
+constexpr double margin = 1.1;          // so much more is copied: halving an odd length loses a pixel
+constexpr double largest_px = 16;       // the picture of a circle with a larger radius is halved
+constexpr std::size_t at_once = 16;     // crops; larger batches spend more time on fresh memory
 
 // The surroundings of the circle in polar coordinates, with brightness and contrast normalised as shown() in
 // training/look.py does.
 cv::Mat surroundings(const cv::Mat& bgr, const Circle& circle) {
-  const int far = static_cast<int>(1.1 * shown * circle.r_px) + 3;
+  const int far = static_cast<int>(margin * shown * circle.r_px) + 3;
   const int left = static_cast<int>(std::lround(circle.x_px)) - far,
             top = static_cast<int>(std::lround(circle.y_px)) - far;
   const cv::Rect wanted(left, top, 2 * far + 1, 2 * far + 1), there = wanted & cv::Rect({}, bgr.size());
@@ -31,7 +32,7 @@ cv::Mat surroundings(const cv::Mat& bgr, const Circle& circle) {
   cv::copyMakeBorder(bgr(there), part, there.y - top, wanted.br().y - there.br().y, there.x - left,
                      wanted.br().x - there.br().x, cv::BORDER_REPLICATE);
   double x = circle.x_px - left, y = circle.y_px - top, r = circle.r_px;
-  for (; r > sharp_px; x = (x - 0.5) / 2, y = (y - 0.5) / 2, r /= 2) {
+  for (; r > largest_px; x = (x - 0.5) / 2, y = (y - 0.5) / 2, r /= 2) {
     cv::Mat half;
     cv::resize(part, half, {part.cols / 2, part.rows / 2}, 0, 0, cv::INTER_AREA);
     part = half;

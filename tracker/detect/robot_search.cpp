@@ -64,7 +64,7 @@ double adapt_to_share(std::vector<Candidate>& all) {
 }
 
 // The probability of a robot, given confidence() and what LookNet says. The weights are those of a logistic regression
-// on the pictures of confidence(): 0.89, 0.86 and a constant of -0.22 over right and wrong sizes, which was 0.3 at
+// on the pictures of confidence(): 0.89, 0.86 and a constant of -0.22 over right and wrong sizes, which was 0.2 at
 // right sizes alone and is 0 here.
 double after_look(double before, double look) {
   const auto logit = [](double p, double least) {

@@ -17,12 +17,14 @@ from fitting import fit, write
 
 ANGLES, RADII = 64, 24  # what the net is shown: a circle's surroundings in polar coordinates, a row for each direction ...
 SHOWN = 1.5  # ... out to so many radii
-AGAIN = 25  # of the first rows, repeated after the last, as what goes round has no end: all 8 directions of features are whole
+AGAIN = 25  # of the first rows, repeated after the last: a circle has no end, so the 8 directions of features are alike
+MARGIN = 1.1  # so much more is copied: halving an odd length loses a pixel
+LARGEST = 16  # the picture of a circle with a larger radius, in pixels, is halved
 
 
 class LookNet(nn.Module):
-    """What shown() gives to the logit of its being a robot. Turning the picture hardly changes the answer: of each
-    feature, the most and the mean over all directions count."""
+    """What shown() gives to the logit of its being a robot. Turning the picture hardly changes the answer:
+    the maximum and the mean of each feature over all directions count."""
 
     def __init__(self):
         super().__init__()
@@ -30,23 +32,23 @@ class LookNet(nn.Module):
         for taken, given, wide, step in ((3, 16, 5, (2, 2)), (16, 32, 3, (2, 1)), (32, 40, 3, (2, 2)), (40, 40, 3, (1, 1))):
             layers += [nn.Conv2d(taken, given, wide, step, (0, wide // 2)), nn.BatchNorm2d(given), nn.ReLU()]
         self.layers = nn.Sequential(*layers)
-        self.most, self.mean = nn.MaxPool2d((8, 1)), nn.AvgPool2d((8, 1))
+        self.maximum, self.mean = nn.MaxPool2d((8, 1)), nn.AvgPool2d((8, 1))
         self.judge = nn.Sequential(nn.Conv2d(80, 24, (1, 6)), nn.ReLU(), nn.Conv2d(24, 1, 1))
 
     def forward(self, picture):
         features = self.layers(picture)
-        return self.judge(torch.cat([self.most(features), self.mean(features)], 1))
+        return self.judge(torch.cat([self.maximum(features), self.mean(features)], 1))
 
 
 def crop(picture, x, y, r):
     """The surroundings of a circle, ANGLES x RADII."""
-    far = int(1.1 * SHOWN * r) + 3
+    far = int(MARGIN * SHOWN * r) + 3
     left, top = int(round(x)) - far, int(round(y)) - far
     padded = cv2.copyMakeBorder(picture, *(max(0, v) for v in (-top, top + 2 * far + 1 - picture.shape[0], -left, left + 2 * far + 1 - picture.shape[1])),
                                 cv2.BORDER_REPLICATE)
     part = padded[max(0, top):, max(0, left):][:2 * far + 1, :2 * far + 1]
     x, y = x - left, y - top
-    while r > 16:
+    while r > LARGEST:
         part = cv2.resize(part, (part.shape[1] // 2, part.shape[0] // 2), interpolation=cv2.INTER_AREA)
         x, y, r = (x - 0.5) / 2, (y - 0.5) / 2, r / 2
     return cv2.warpPolar(part, (RADII, ANGLES), (x, y), SHOWN * r, cv2.INTER_LINEAR + cv2.WARP_FILL_OUTLIERS)
