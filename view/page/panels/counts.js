@@ -119,8 +119,8 @@ export class CountsPanel {
     for (const box of this.list.querySelectorAll("input")) {
       box.checked = chosen.has(box.dataset["name"] ?? "");
       box.onchange = () => {
-        const name = box.dataset["name"] ?? "";
-        this.chosen = new Set(box.checked ? [...chosen, name] : [...chosen].filter((other) => other !== name));
+        const name = box.dataset["name"] ?? "", before = [...(this.chosen ?? chosen)]; // two may be clicked before this is written anew
+        this.chosen = new Set(box.checked ? [...before, name] : before.filter((other) => other !== name));
         this.drawn = "";
       };
     }
