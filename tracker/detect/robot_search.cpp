@@ -17,7 +17,8 @@ constexpr double least_score = 0.1;      // of the net, for a closer look
 constexpr std::size_t most_looks = 300;  // of those that edges did not propose
 constexpr double sizes_score = 0.3;      // likewise, to name a size
 constexpr double usual_share = 0.7;      // of what is looked at, that are robots, where confidence() holds; the most
-constexpr double surely_one = 0.9;       // the probability of one robot at least
+constexpr double surely_one = 0.97;      // the probability of one robot at least ...
+constexpr double mostly = 0.85;          // ... and of half of them; else all are clutter that resembles robots
 constexpr double beyond_doubt = 0.95;    // that of each, where there are fewer than enough_robots ...
 constexpr double clearly_one = 0.75;     // ... unless its edge and what is inside leave no doubt by themselves
 constexpr double clear_enough = 0.65;
@@ -197,7 +198,8 @@ RobotSearch::OfSize RobotSearch::of_size(double diameter_px, std::vector<Candida
   const auto clear = [](const Candidate& one) {
     return one.clear * candidate(one.circle_fit).evidence > clear_enough && one.circle_fit.circle.r_px < large_px;
   };
-  const bool none = likelier(surely_one) == 0, few = likelier(settings_.min_confidence) < enough_robots;
+  const std::size_t likely = likelier(settings_.min_confidence);
+  const bool none = likelier(surely_one) == 0 || 2 * likelier(mostly) < likely, few = likely < enough_robots;
   std::erase_if(found.robots, [&](const Candidate& one) {
     const bool large = one.circle_fit.circle.r_px > large_px;
     const double least = !few ? settings_.min_confidence : large ? large_one : clear(one) ? clearly_one : beyond_doubt;
