@@ -37,7 +37,7 @@ TEST_CASE("hard pictures") {
                          Row{"no robot: emptied, x 1", 0, 1, 1},
                          Row{"no robot: emptied, x 0.3", 2, 1, 1},
                          Row{"no robot: empty print", 1, 1, 1},
-                         Row{"no robot: only LEDs", 0, 1, 1},
+                         Row{"no robot: only LEDs", 2, 1, 1},
                          Row{"no robot: only cables", 0, 1, 1},
                          Row{"white balance: warm", 0, 0.99, 0.94},
                          Row{"white balance: very cool", 0, 0.99, 0.91},

@@ -33,9 +33,10 @@ cv::Mat surroundings(const cv::Mat& bgr, const Circle& circle) {
                      wanted.br().x - there.br().x, cv::BORDER_REPLICATE);
   double x = circle.x_px - left, y = circle.y_px - top, r = circle.r_px;
   for (; r > largest_px; x = (x - 0.5) / 2, y = (y - 0.5) / 2, r /= 2) {
-    cv::Mat half;
-    cv::resize(part, half, {part.cols / 2, part.rows / 2}, 0, 0, cv::INTER_AREA);
-    part = half;
+    const cv::Size half(part.cols / 2, part.rows / 2);
+    cv::Mat smaller;
+    cv::resize(part(cv::Rect(0, 0, 2 * half.width, 2 * half.height)), smaller, half, 0, 0, cv::INTER_AREA);
+    part = smaller;
   }
   cv::Mat crop, values, round;
   const cv::Point2f centre(static_cast<float>(x), static_cast<float>(y));

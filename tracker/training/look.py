@@ -49,7 +49,8 @@ def crop(picture, x, y, r):
     part = padded[max(0, top):, max(0, left):][:2 * far + 1, :2 * far + 1]
     x, y = x - left, y - top
     while r > LARGEST:
-        part = cv2.resize(part, (part.shape[1] // 2, part.shape[0] // 2), interpolation=cv2.INTER_AREA)
+        rows, columns = part.shape[0] // 2, part.shape[1] // 2
+        part = cv2.resize(part[:2 * rows, :2 * columns], (columns, rows), interpolation=cv2.INTER_AREA)
         x, y, r = (x - 0.5) / 2, (y - 0.5) / 2, r / 2
     return cv2.warpPolar(part, (RADII, ANGLES), (x, y), SHOWN * r, cv2.INTER_LINEAR + cv2.WARP_FILL_OUTLIERS)
 

@@ -12,7 +12,7 @@ SIZE = 160  # of a picture's sides
 LEDS = np.array([[(i >> 2) & 1, (i >> 1) & 1, i & 1] for i in range(1, 8)], float)  # blue, green, red
 
 
-def floor_of(rng, h, w, r, board):
+def floor_of(rng, h, w, r, board, near):
     grey = rng.choice([rng.uniform(120, 240), rng.uniform(120, 240), rng.uniform(60, 140), rng.uniform(15, 70), board * rng.uniform(0.7, 1.5)],
                       p=[0.24, 0.24, 0.2, 0.2, 0.12])
     out = np.ones((h, w, 3), np.float32) * tinted(rng, grey, rng.choice([0.02, 0.05, 0.25], p=[0.5, 0.35, 0.15])).astype(np.float32)
@@ -20,7 +20,7 @@ def floor_of(rng, h, w, r, board):
     for _ in range(rng.integers(0, 4)):
         strong = rng.choice([0.1, 0.5], p=[0.9, 0.1])
         out *= np.maximum(0.1, 1 + rng.uniform(0, strong) * rng.random() * noise(rng, (h, w), r * 10 ** rng.uniform(-1, 1)))[..., None]
-    kind = rng.random()
+    kind = rng.random() * (0.7 if near else 1)
     turn = rng.uniform(0, TAU)
     along = x * np.cos(turn) + y * np.sin(turn)
     across = y * np.cos(turn) - x * np.sin(turn)
@@ -141,7 +141,7 @@ def paint_robot(rng, canvas, x, y, r, turn, look, middle):
 def places(rng, size, r, count, near):
     """Where robots stand, apart or touching."""
     found = []
-    touching = rng.choice([0, rng.uniform(0, 0.9)], p=[0.3, 0.7] if near else None)
+    touching = rng.choice([0, rng.uniform(0, 0.9), rng.uniform(0.8, 1)], p=[0.25, 0.35, 0.4]) if near else rng.choice([0, rng.uniform(0, 0.9)])
     for _ in range(count * 6):
         if len(found) >= count:
             break
@@ -166,8 +166,8 @@ def room(seed, near=False):
     look = Look(rng)
     if near and rng.random() < 0.15:  # black discs, with hardly anything to be seen on them
         look.cell_grey = look.board.mean() * rng.uniform(0.7, 1.8)
-    canvas = floor_of(rng, size, size, r, look.board.mean())
-    empty = rng.random() < (0.35 if near else 0.2)
+    canvas = floor_of(rng, size, size, r, look.board.mean(), near)
+    empty = rng.random() < (0.3 if near else 0.2)
     things(rng, canvas, r, rng.poisson(rng.choice([6, 15, 30] if empty else [0, 2, 6, 12])), near)
     most = int((size / r) ** 2 / 4 * 0.6) + 1
     count = 0 if empty else min(most, int(rng.choice([rng.integers(1, 6), rng.integers(4, 40), rng.integers(20, 120)])))
@@ -207,7 +207,7 @@ def room(seed, near=False):
             add_spot(canvas, led, width * r, colour * halo)
             add_spot(canvas, led, core_width * r, np.clip(look.core @ colour + rng.uniform(0, 0.4), 0, 1) * core)
     if rng.random() < 0.3:
-        things(rng, canvas, r, int(rng.integers(1, 3)), near)
+        things(rng, canvas, r, int(rng.integers(1, 3)))
     truth = np.array([(*at, r) for at in robots], float).reshape(-1, 3)
     # A view that slants.
     if rng.random() < 0.45:

@@ -39,6 +39,11 @@ def box(canvas, centre, angle, length, width, colour):
                  cv2.LINE_8, 4)
 
 
+def corners(at, angles, far):
+    """Of a polygon, as OpenCV wants them: with four bits behind the point."""
+    return [np.round(np.stack([at[0] + far * np.cos(angles), at[1] + far * np.sin(angles)], 1) * 16).astype(np.int32)]
+
+
 def add_spot(canvas, at, sigma, colour):
     h, w = canvas.shape[:2]
     reach = int(4 * sigma) + 2
@@ -74,8 +79,7 @@ def cap(rng, canvas, at, r):
     angles = np.linspace(0, TAU, int(rng.choice([21, rng.integers(14, 60)])) * 4, endpoint=False)
     far = r * (1 - rng.uniform(0.02, 0.1) * (1 + np.cos(angles * len(angles) / 4)) / 2)
     turn = rng.uniform(0, TAU)
-    edge = np.stack([at[0] + far * np.cos(angles + turn), at[1] + far * np.sin(angles + turn)], 1)
-    cv2.fillPoly(canvas, [np.round(edge * 16).astype(np.int32)], (colour * rng.uniform(0.35, 1)).tolist(), cv2.LINE_8, 4)
+    cv2.fillPoly(canvas, corners(at, angles + turn, far), (colour * rng.uniform(0.35, 1)).tolist(), cv2.LINE_8, 4)
     disc(canvas, at, rng.uniform(0.7, 0.95) * r, colour)
     if rng.random() < 0.3:
         disc(canvas, at, rng.uniform(0.5, 0.75) * r, colour * rng.uniform(0.7, 1.3))
@@ -98,8 +102,7 @@ def round_thing(rng, canvas, at, r, look):
     if teeth:
         angles = np.arange(2 * teeth) * np.pi / teeth + rng.uniform(0, 1)
         far = r * np.where(np.arange(2 * teeth) % 2, alike.uniform(0.8, 0.95), 1)
-        cv2.fillPoly(canvas, [np.round(np.stack([at[0] + far * np.cos(angles), at[1] + far * np.sin(angles)], 1) * 16).astype(np.int32)],
-                     colour.tolist(), cv2.LINE_8, 4)
+        cv2.fillPoly(canvas, corners(at, angles, far), colour.tolist(), cv2.LINE_8, 4)
     else:
         disc(canvas, at, r, colour)
     inner = alike.uniform(0.4, 0.92)
@@ -142,6 +145,117 @@ def electronics(rng, canvas, at, r, turn, large):
         round_thing(rng, canvas, tuple(anywhere()), r * 10 ** rng.uniform(-0.5, 0.3), int(rng.integers(1 << 30)))
 
 
+def oval(canvas, at, turn, length, squeeze, colour, thick=-1, arc=(0, 360)):
+    cv2.ellipse(canvas, fixed(*at), fixed(length, length * squeeze), float(np.degrees(turn)), *map(float, arc), tuple(map(float, np.ravel(colour))), thick,
+                cv2.LINE_AA, 4)
+
+
+def metal(rng):
+    return np.array([rng.uniform(70, 130), 170, 210]) * rng.uniform(0.4, 1.2) if rng.random() < 0.4 else tinted(rng, rng.uniform(60, 260), 0.04)
+
+
+def plated_hole(rng, canvas, at, r, look):
+    """A hole or pad with a metal ring, as boards have: one looks through it, or sees its wall, a pin, solder, a screw.
+    `look` seeds what is alike in all of a row."""
+    alike = np.random.default_rng(look)
+    squeeze, turn = alike.choice([1, alike.uniform(0.65, 1)], p=[0.7, 0.3]), alike.uniform(0, TAU)
+    ring, wall = metal(alike), metal(alike) * alike.uniform(0.2, 1)
+    through = tinted(alike, alike.choice([alike.uniform(0, 40), alike.uniform(200, 300), alike.uniform(40, 200)]), 0.06)
+    inner, light = alike.uniform(0.5, 0.95), alike.uniform(0, TAU)
+    line = lambda part: max(1, int(part * r))
+    around = lambda part, colour, thick=-1, arc=(0, 360): oval(canvas, at, turn, part * r, squeeze, colour, thick, arc)
+    if alike.random() < 0.5:  # a line printed about it: a circle, or straight lines
+        ink, far, angles = np.full(3, alike.uniform(150, 270)), alike.uniform(1.15, 1.6) * r, np.arange(8) * TAU / 8 + alike.choice([0, TAU / 16])
+        if alike.random() < 0.5:
+            around(far / r, ink, line(alike.uniform(0.04, 0.15)))
+        else:
+            cv2.polylines(canvas, corners(at, angles, far), True, ink.tolist(), line(alike.uniform(0.04, 0.15)), cv2.LINE_AA, 4)
+    if alike.random() < 0.4:
+        beside = canvas[int(np.clip(at[1] + 1.3 * r, 0, canvas.shape[0] - 1)), int(np.clip(at[0], 0, canvas.shape[1] - 1))]
+        around(alike.uniform(1.04, 1.2), beside * alike.uniform(0.3, 0.8))
+    around(1, ring if alike.random() < 0.8 else through)
+    filling = alike.random()
+    if filling < 0.55:  # one looks through, and at its wall on one side
+        around(inner, wall)
+        off = alike.uniform(0, 0.15) * inner * r
+        oval(canvas, point(at, light, off), turn, inner * r - off, squeeze, through)
+    else:
+        around(inner, wall if filling < 0.7 else ring * alike.uniform(0.4, 1.2))
+        for _ in range(alike.integers(0, 5)):  # solder shines, here and there
+            add_spot(canvas, point(at, rng.uniform(0, TAU), rng.uniform(0, 0.6) * r), r * rng.uniform(0.06, 0.3),
+                     np.full(3, rng.choice([rng.uniform(40, 300), rng.uniform(-150, -30)])))
+        for slot in range(alike.choice([0, 1, 2])):  # a screw's slots
+            box(canvas, at, light + slot * np.pi / 2, inner * r * alike.uniform(0.5, 0.95), r * alike.uniform(0.05, 0.2), through)
+        if alike.random() < 0.4:
+            box(canvas, point(at, light, rng.uniform(0, 0.2) * r), turn, r * alike.uniform(0.1, 0.35), r * alike.uniform(0.1, 0.35), metal(alike))
+    if alike.random() < 0.6:  # edges that face the light, and others
+        for part in (1, inner):
+            start = np.degrees(light - turn) + rng.uniform(-30, 30)
+            around(part * 0.97, ring * alike.uniform(1.1, 1.8), line(0.08), (start - 60, start + 60))
+            around(part * 0.97, ring * alike.uniform(0.1, 0.6), line(0.08), (start + 120, start + 240))
+
+
+def holed_board(rng, canvas, at, r, turn):
+    """A board with rows of plated holes, about as large as robots, and words."""
+    along, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
+    colour = np.array(rng.choice([[40, 110, 40], [130, 70, 20], [35, 35, 35], [40, 40, 190], [110, 40, 90], [210, 205, 200]])) * rng.uniform(0.4, 1.3)
+    columns, rows, step = rng.integers(1, 9), rng.choice([1, 1, 2, 3]), r * rng.uniform(2.6, 4)
+    box(canvas, at, turn, step * (0.5 * columns + rng.uniform(0, 1)), step * (0.5 * rows + rng.uniform(0, 2)), colour)
+    start, size, look = at - step * ((columns - 1) / 2 * along + (rows - 1) / 2 * across), r * rng.uniform(0.75, 1.15), int(rng.integers(1 << 30))
+    for i in range(columns):
+        for k in range(rows):
+            hole = start + step * (i * along + k * across)
+            plated_hole(rng, canvas, tuple(hole), size, look)
+            if rng.random() < 0.2:
+                letters(rng, canvas, hole + rng.choice([-1, 1]) * 1.6 * r * across, r * rng.uniform(0.4, 1), rng.integers(1, 4), np.full(3, rng.uniform(150, 260)), 0.1)
+
+
+def icon(rng, canvas, at, r):
+    """A sign such as pages and devices bear, mostly round: wheels, suns, dots in a circle, a letter within."""
+    ground, ink = (tinted(rng, grey, rng.choice([0.02, 0.5])) for grey in rng.permutation([rng.uniform(0, 120), rng.uniform(150, 270)]))
+    if rng.random() < 0.7:
+        box(canvas, at, 0, r * rng.uniform(1.3, 4), r * rng.uniform(1.3, 4), ground)
+    kind, turn, count, part = rng.integers(0, 5), rng.uniform(0, TAU), int(rng.integers(6, 20)), rng.uniform(0.5, 0.9)
+    thick = max(1, int(r * rng.uniform(0.05, 0.25)))
+    if kind == 0:  # a toothed wheel or star
+        angles = np.arange(4 * count) * TAU / (4 * count) + turn
+        far = r * np.where(np.arange(4 * count) // 2 % 2, part, 1)
+        cv2.fillPoly(canvas, corners(at, angles, far), ink.tolist(), cv2.LINE_AA, 4)
+    elif kind == 1:  # dots or rays
+        size = rng.uniform(0.05, 0.2) * r
+        for i in range(count):
+            angle = turn + TAU * i / count
+            if part < 0.7:
+                box(canvas, point(at, angle, r), angle, size * rng.uniform(1, 1.2), size, ink)
+            else:
+                disc(canvas, point(at, angle, r), size * (1 + i / count), ink)
+    elif kind == 2:  # parts of a ring
+        for i in range(count // 3):
+            start = 360 * i / (count // 3)
+            oval(canvas, at, turn, 0.85 * r, 1, ink, thick, (start, start + rng.uniform(40, 110)))
+    else:
+        oval(canvas, at, 0, r, 1, ink, thick if kind == 3 else -1)
+    what = rng.random()
+    if what < 0.3:
+        oval(canvas, at, turn, r * rng.uniform(0.3, 0.75), 1, rng.choice([ground, ink]), -1, rng.choice([(0, 360), (0, 180)]))
+    elif what < 0.7:
+        letters(rng, canvas, at, r * rng.uniform(0.6, 1.3), rng.integers(1, 3), ground if kind in (0, 4) else ink, rng.uniform(0.08, 0.25))
+
+
+def knob(rng, canvas, at, r):
+    """Knobs, capacitors and buttons seen from aside: discs that move to one side and shine."""
+    colour, way = tinted(rng, rng.choice([rng.uniform(10, 60), rng.uniform(60, 250)]), rng.choice([0.05, 0.5])), rng.uniform(0, TAU)
+    size, off = r, rng.uniform(0, 0.35) * r
+    for layer in range(rng.integers(2, 5)):
+        disc(canvas, at, size, colour * rng.uniform(0.4, 1.5))
+        if rng.random() < 0.4:
+            oval(canvas, at, way, 0.95 * size, 1, colour * rng.uniform(1.2, 3), max(1, int(0.08 * r)), (-70, 70))
+        at, size = point(at, way, off), size * rng.uniform(0.55, 0.95)
+        off = min(off, 0.3 * size)
+    if rng.random() < 0.5:
+        add_spot(canvas, point(at, rng.uniform(0, TAU), 0.3 * r), r * rng.uniform(0.05, 0.3), np.full(3, rng.uniform(30, 250)))
+
+
 def things(rng, canvas, r, count, near=False):
     """What lies about and is no robot; if `near`, about half of it is easily taken for one."""
     of_one_kind = int(rng.integers(1 << 30))
@@ -152,7 +266,7 @@ def things(rng, canvas, r, count, near=False):
         other = tinted(rng, rng.uniform(0, 255), 0.2)
         turn, kind, large = rng.uniform(0, TAU), rng.integers(0, 21), r * 10 ** rng.uniform(-0.7, 0.7)
         if near and rng.random() < 0.5:
-            kind = rng.choice([21, 21, 22, 23, 24, 25, 26])
+            kind = rng.choice([21, 21, 22, 23, 24, 25, 26, 27, 28])
         if kind == 0:  # bars, walls, clamps, rails
             box(canvas, at, turn, r * rng.uniform(2, 40), r * rng.uniform(0.1, 2), colour)
         elif kind == 1:  # boxes, paper, electronics
@@ -236,6 +350,10 @@ def things(rng, canvas, r, count, near=False):
                 box(canvas, at, turn + slot * np.pi / 2, large * rng.uniform(0.4, 0.9), large * rng.uniform(0.05, 0.2), other)
         elif kind == 25:  # as large as robots, and one like the other
             round_thing(rng, canvas, at, r, of_one_kind)
+        elif kind == 27:
+            holed_board(rng, canvas, np.array(at), r, turn)
+        elif kind == 28:
+            (icon if rng.random() < 0.6 else knob)(rng, canvas, at, rng.choice([large, r * rng.uniform(0.8, 1.2)]))
         else:  # plain discs as large as robots, mostly bright: paper, lids, holes; in a soft shade
             grey = rng.choice([rng.uniform(150, 300), rng.uniform(60, 200), rng.uniform(0, 60)], p=[0.6, 0.25, 0.15])
             size, shade = r * rng.uniform(0.85, 1.15), rng.uniform(0, 0.5) * rng.choice([0, 1])
