@@ -81,9 +81,7 @@ TEST_CASE("robots in rendered rooms") {
     CHECK(untold.wrong <= (thorough() ? untold.robots / 33 : 0));
     CHECK(untold.called_white <= 2 + untold.unlit / 20);
     if (rooms.kind != RoomKind::phone) CHECK(untold.called_warm <= untold.unlit / 50);
-    // Strange room 1 hardly shows the robots' edges: untold, the median radius is 9 % too large; told a size 5 % too
-    // small, it is 12 % too small, and ten robots exceed 15 %.
-    CHECK(told.found + 1 >= untold.found - untold.robots / 40);
+    CHECK(told.found + 1 >= untold.found - untold.robots / 100);
   }
 }
 
