@@ -246,7 +246,7 @@ def knob(rng, canvas, at, r):
     """Knobs, capacitors and buttons seen from aside: discs that move to one side and shine."""
     colour, way = tinted(rng, rng.choice([rng.uniform(10, 60), rng.uniform(60, 250)]), rng.choice([0.05, 0.5])), rng.uniform(0, TAU)
     size, off = r, rng.uniform(0, 0.35) * r
-    for layer in range(rng.integers(2, 5)):
+    for _ in range(rng.integers(2, 5)):
         disc(canvas, at, size, colour * rng.uniform(0.4, 1.5))
         if rng.random() < 0.4:
             oval(canvas, at, way, 0.95 * size, 1, colour * rng.uniform(1.2, 3), max(1, int(0.08 * r)), (-70, 70))
@@ -350,9 +350,9 @@ def things(rng, canvas, r, count, near=False):
                 box(canvas, at, turn + slot * np.pi / 2, large * rng.uniform(0.4, 0.9), large * rng.uniform(0.05, 0.2), other)
         elif kind == 25:  # as large as robots, and one like the other
             round_thing(rng, canvas, at, r, of_one_kind)
-        elif kind == 27:
+        elif kind == 27:  # boards with rows of holes
             holed_board(rng, canvas, np.array(at), r, turn)
-        elif kind == 28:
+        elif kind == 28:  # signs, knobs
             (icon if rng.random() < 0.6 else knob)(rng, canvas, at, rng.choice([large, r * rng.uniform(0.8, 1.2)]))
         else:  # plain discs as large as robots, mostly bright: paper, lids, holes; in a soft shade
             grey = rng.choice([rng.uniform(150, 300), rng.uniform(60, 200), rng.uniform(0, 60)], p=[0.6, 0.25, 0.15])
