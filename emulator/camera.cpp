@@ -271,11 +271,15 @@ void Camera::add_led(const sim_ode::SimulatedArena::Seen& robot, const RobotLook
     const std::vector<float>& table = ground ? ground_light_ : light_;
     const Patch patch(*at, reach * kilobot_m, out);
     const auto steps = static_cast<float>(table_steps / (reach * reach * kilobot_m * kilobot_m));
-    // a camera's colour filters leak: the brighter, the whiter
-    const float leak = 0.14F;
-    const float blue = light * (robot.blue + leak * (strongest - robot.blue)),
-                green = light * (robot.green + leak * (strongest - robot.green)),
-                red = light * (robot.red + leak * (strongest - robot.red));
+    // a camera's colour filters leak: the brighter, the whiter, or, where they overlap, the more another colour
+    const auto overlap = static_cast<float>(settings_.overlap);
+    const float leak = 0.14F * (1 - overlap);
+    const auto seen = [&](float own, float neighbour) {
+      const float colour = std::max(own, overlap * neighbour);
+      return light * (colour + leak * (strongest - colour));
+    };
+    const float blue = seen(robot.blue, robot.green), green = seen(robot.green, std::max(robot.blue, 0.3F * robot.red)),
+                red = seen(robot.red, 0.3F * robot.green);
     for (int y = patch.top; y < patch.bottom; ++y) {
       std::uint8_t* const row = out.ptr<std::uint8_t>(y);
       const float v = static_cast<float>(y) - patch.y_px;

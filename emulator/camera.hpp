@@ -31,6 +31,7 @@ struct CameraSettings {
   double blur_px = 0.7;                     // s.d.
   double noise = 2;                         // s.d., of 255
   double led_brightness = 1;                // 1: the core saturates
+  double overlap = 0;                       // share of an LED's light that the neighbouring colour filter passes, too
   hal::LabTime latency{0};                  // from exposure to the picture's arrival
 
   // Keys of [[emulator.camera]]; pose and distortion are made of those below.

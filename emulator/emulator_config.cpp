@@ -58,6 +58,9 @@ void CameraSettings::fields(const hal::Section& camera) {
   camera.field("blur_px", blur_px, {{0, 10}, "px", "s.d. of the blur"});
   camera.field("noise", noise, {{0, 30}, "", "s.d. of the image noise, of 255"});
   camera.field("led_brightness", led_brightness, {{0, 10}, "", "brightness of LEDs; at 1 their centres saturate"});
+  camera.field(
+      "overlap", overlap,
+      {{0, 1}, "", "share of an LED's light that the neighbouring colour filter passes: green LEDs look cyan"});
   camera.field("latency_s", latency, {{0, 2}, "s", "time from exposure to arrival"});
 }
 

@@ -33,6 +33,9 @@ constexpr double palest_warm = 0.4, surely_lit = 0.55;
 // Where an LED's light can be. Nearer to the centre it is a reflection or a part of the board, farther out a
 // neighbour's LED: 8 of 7000 lit LEDs in the bench's pictures and in rendered rooms appear outside these limits.
 constexpr double too_near = 0.7, too_far = 1.1;
+// The weight of a pixel one of whose channels is cut off, which turns its hue: webcams see the middle of a green LED
+// cyan and only its halo green. Chosen on rendered rooms with webcams and on real pictures with noise and casts.
+constexpr float cut_off = 0.1F;
 constexpr double smallest_r_px = 10;  // below it halos are as pale; chosen on the real pictures with noise
 
 struct RingDirections {
@@ -220,7 +223,8 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
         continue;
       const float colour = bright - std::min(blue, std::min(green, red));
       const float nearness = 1 - squared * halo;  // reach keeps it positive
-      const float near = nearness * nearness * nearness, weight = colour * colour * near;
+      const float near = nearness * nearness * nearness,
+                  weight = colour * colour * near * (value > most_certain ? cut_off : 1);
       added_blue += weight * blue, added_green += weight * green, added_red += weight * red;
     }
   }

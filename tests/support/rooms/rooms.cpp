@@ -27,6 +27,7 @@ struct Ranges {
 Ranges ranges_of(RoomKind kind) {
   if (kind == RoomKind::plain) return {6, 32, 1.9, 0.6, 0.6, 0.12, 25, 60};
   if (kind == RoomKind::strange) return {7, 40, 3, 1, 1, 0.3, 50, 35};
+  if (kind == RoomKind::webcam) return {7, 18, 2.5, 0.8, 0.8, 0.15, 30, 35};
   return {55, 115, 2.2, 0.9, 0.9, 0.15, 20, 70};
 }
 
@@ -68,6 +69,8 @@ Scene room(RoomKind kind, std::uint64_t seed) {
   camera.name = "room";
   camera.width_px = kind == RoomKind::phone ? 1200 : size == 0 ? 640 : size == 1 ? 854 : 1280;
   camera.height_px = kind == RoomKind::phone ? 1600 : size == 0 ? 480 : size == 1 ? 480 : 720;
+  if (kind == RoomKind::webcam)
+    camera.width_px = 800, camera.height_px = 600, camera.overlap = chance.uniform(0.1, 0.4);
   const double r_px = ranges.min_r_px * std::pow(ranges.max_r_px / ranges.min_r_px, chance.uniform());
   camera.pose.z_m = chance.uniform(0.7, 2);
   camera.pose.x_m = chance.uniform(-0.15, 0.15) * camera.pose.z_m;

@@ -9,7 +9,8 @@
 namespace arkmesh::tests {
 
 // `plain`: as labs often are. `strange`: beyond its ranges, as nothing was tuned on. `phone`: a few large robots.
-enum class RoomKind { plain, strange, phone };
+// `webcam`: small pictures by a camera that takes the middle of a green LED for cyan, and of a blue one for azure.
+enum class RoomKind { plain, strange, phone, webcam };
 
 // The same seed gives the same picture.
 Scene room(RoomKind kind, std::uint64_t seed);
