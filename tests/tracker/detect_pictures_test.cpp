@@ -64,6 +64,16 @@ TEST_CASE("real pictures in other sizes") {
   }
 }
 
+TEST_CASE("robots too small to be searched untold") {
+  // Proves: what is smaller than 10 pixels counts only where somebody says so, as print has such letters.
+  for (const Scene& scene : real_scenes()) {
+    const Scene small = with_diameter(scene, 8.6);
+    for (const tracker::Detection& one : tracker::Detector().search(small.bgr)) CHECK(one.r_px > 4.5);
+    const auto told = tracker::Detector({.diameter_px = 8.6, .diameter_told = true}).search(small.bgr);
+    CHECK(told.size() == small.robots.size());
+  }
+}
+
 TEST_CASE("changed pictures") {
   // Proves: other light, noise, blur, compression, hue, polarity and points of view change little.
   const std::vector<Scene> scenes = real_scenes();

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <numbers>
 #include <utility>
 
@@ -24,13 +26,16 @@ constexpr double clearly_one = 0.75;     // ... unless its edge and what is insi
 constexpr double clear_enough = 0.65;
 constexpr double large_px = 64, large_one = 0.995;  // few circles larger than that are more often something else
 constexpr double few_places_px = 8;                 // radius from which chance resemblances are rare
+constexpr double measured_small = 0.9;              // the median of measured sizes in parts of the true one, at least
 constexpr std::size_t edge_sizes = 4;               // that are tried, of those that edges name
 constexpr std::size_t net_sizes = 6;                // likewise of those that the net sees
 constexpr double net_votes = 0.25;                  // evidence they need; sizes that led to robots had 0.33
 constexpr double net_reach = 1.3;                   // it finds radii down to the one asked for divided by this
-constexpr double same_size = 0.06;                  // the logarithm of the ratio of radii
-constexpr double other_size = 0.35;                 // the same of robots of one picture, at most: a view may slant
-constexpr double cells[] = {0.65, 0.74};            // the radius of coin cells in parts of the board's
+constexpr double worth_search = 0.8;      // the least likeliest close look at a size that led to robots is 0.97 ...
+constexpr std::size_t first_looks = 60;   // ... among so many
+constexpr double same_size = 0.06;        // the logarithm of the ratio of radii
+constexpr double other_size = 0.35;       // the same of robots of one picture, at most: a view may slant
+constexpr double cells[] = {0.65, 0.74};  // the radius of coin cells in parts of the board's
 
 double apart(const Circle& a, const Circle& b) {
   return std::hypot(a.x_px - b.x_px, a.y_px - b.y_px);
@@ -68,13 +73,13 @@ double adapt_to_share(std::vector<Candidate>& all) {
 // The probability of a robot, given confidence() and what LookNet says. The weights are near those of a logistic
 // regression on the pictures of confidence(): 0.85, 0.85 and a constant of -0.2 over right and wrong sizes, 0.88, 0.85
 // and 0.3 at right ones. 0.5 finds more of the robots that touch others. Small circles fit into more places of a
-// picture, so more of them resemble a robot by chance.
+// picture and show fewer details, each by the square of their size, so more of them resemble a robot by chance.
 double after_look(double before, double look, double r_px) {
   const auto logit = [](double p, double least) {
     const double sure = std::clamp(p, least, 1 - least);
     return std::log(sure / (1 - sure));
   };
-  const double places = std::min(0.0, 2 * std::log(r_px / few_places_px));
+  const double places = std::min(0.0, 4 * std::log(r_px / few_places_px));
   return 1 / (1 + std::exp(-0.9 * logit(before, 1e-3) - 0.85 * logit(look, 1e-5) - 0.5 - places));
 }
 
@@ -107,6 +112,13 @@ std::vector<Candidate> RobotSearch::of_any_size(std::optional<double> diameter_p
       if (again.votes > one.votes) one = std::move(again);
       tried.push_back(found_px);
     }
+    // The net's finds reach below the size asked for.
+    if (!settings_.diameter_px &&
+        BodySearch::median_r_px(one.robots) < measured_small * settings_.smallest_diameter_px / 2) {
+      for (const Candidate& small : one.robots)
+        bodies_.object(small.circle_fit.circle, small.evidence, "smaller than is searched unless the size is told");
+      one = {.refused = std::move(one.refused)};
+    }
     // What lies round another is the board round a coin cell.
     const double wanted = lies_round(one.robots, last_.robots) ? 0.5 : lies_round(last_.robots, one.robots) ? 2 : 1;
     if (one.votes > wanted * last_.votes || (last_.robots.empty() && one.refused.size() > last_.refused.size()))
@@ -117,16 +129,32 @@ std::vector<Candidate> RobotSearch::of_any_size(std::optional<double> diameter_p
   std::vector<SizeEvidence> sizes = bodies_.find_sizes(bgr_);
   sizes.resize(std::min(sizes.size(), edge_sizes));
   if (!sizes.empty() && better(sizes[0].r_px)) return last_.robots;
-  for (const SizeEvidence& size : sizes_of_net()) better(size.r_px);
-  for (const SizeEvidence& size : sizes) better(size.r_px);
+  std::vector<NetFind> finds;
+  std::vector<SizeEvidence> others = sizes_of_net(finds);
+  others.insert(others.end(), sizes.begin(), sizes.end());
+  for (const SizeEvidence& size : others)
+    if (best_look(finds, size.r_px) > worth_search) better(size.r_px);
+  if (tried.empty() && !others.empty()) better(others[0].r_px);
   // Were those their coin cells?
   for (const double cell : cells)
     if (!last_.robots.empty()) better(BodySearch::median_r_px(last_.robots) / cell);
   return last_.robots;
 }
 
-std::vector<SizeEvidence> RobotSearch::sizes_of_net() {
-  std::vector<NetFind> finds;
+double RobotSearch::best_look(const std::vector<NetFind>& finds, double r_px) {
+  std::vector<NetFind> of_size;
+  std::ranges::copy_if(finds, std::back_inserter(of_size), [&](const NetFind& find) {
+    return std::abs(std::log(find.circle.r_px / r_px)) < 3 * same_size;
+  });
+  std::ranges::stable_sort(of_size, std::greater{}, &NetFind::score);
+  of_size.resize(std::min(of_size.size(), first_looks));
+  std::vector<Circle> circles;
+  for (const NetFind& find : of_size) circles.push_back(find.circle);
+  const std::vector<double> looks = look_net_.probabilities(bgr_, circles);
+  return looks.empty() ? 0 : std::ranges::max(looks);
+}
+
+std::vector<SizeEvidence> RobotSearch::sizes_of_net(std::vector<NetFind>& finds) {
   for (double r_px = net_reach * settings_.smallest_diameter_px / 2; r_px < settings_.largest_diameter_px / 2;
        r_px *= std::numbers::sqrt2)
     net_.find(r_px, sizes_score, finds);

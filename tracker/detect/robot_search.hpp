@@ -42,7 +42,10 @@ class RobotSearch {
   OfSize of_size(double diameter_px, std::vector<Candidate> proposed);
   // Those and what the net sees besides, each with its probability.
   std::vector<Candidate> looked_at(std::vector<Candidate> proposed, double r_px);
-  std::vector<SizeEvidence> sizes_of_net();
+  // Of what the net sees at every size, which it adds to `finds`, the sizes with most evidence.
+  std::vector<SizeEvidence> sizes_of_net(std::vector<NetFind>& finds);
+  // The probability of the likeliest of them at about that size, by a close look.
+  double best_look(const std::vector<NetFind>& finds, double r_px);
   // The likeliest circle where the net sees a robot: one that edges have there, or else the net's own.
   Candidate measured(const NetFind& find, const Likeness& others);
 
