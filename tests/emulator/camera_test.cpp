@@ -132,6 +132,24 @@ TEST_CASE("the LED shines 44 degrees to the right of ahead, near the rim") {
   }
 }
 
+TEST_CASE("where colour filters overlap, a green LED's light is bluish") {
+  const Scene scene = plain_scene();
+  CameraSettings settings = tilted_camera();
+  settings.led_brightness = 0.05;
+  for (const double overlap : {0.0, 0.4}) {
+    settings.overlap = overlap;
+    const Camera camera(settings, scene);
+    Seen robot{.pose = {0.1, -0.1, 0}};
+    cv::Mat off, on;
+    camera.picture({&robot, 1}, {}, 0, off);
+    robot.green = 1;
+    camera.picture({&robot, 1}, {}, 0, on);
+    const cv::Scalar added = cv::sum(on) - cv::sum(off);
+    CHECK(added[1] > 2 * added[2]);
+    CHECK((added[0] > 1.5 * added[2]) == (overlap > 0));
+  }
+}
+
 TEST_CASE("an LED's core is white and its halo coloured, for each of the eight colours" *
           doctest::skip(!arkmesh::tests::thorough())) {
   // As in pictures of real robots: the colour must be read from the light around the core.

@@ -187,6 +187,16 @@ TEST_CASE("find_led, light where no LED can be") {
   }
 }
 
+TEST_CASE("find_led, a saturated middle") {
+  // Proves: the halo decides, as webcams see the saturated middle of a green LED cyan.
+  cv::Mat bgr(120, 120, CV_8UC3, cv::Scalar(170, 170, 170));
+  cv::circle(bgr, {60, 60}, 40, {30, 30, 30}, cv::FILLED);
+  cv::circle(bgr, {60, 60}, 26, {110, 110, 110}, cv::FILLED);
+  cv::circle(bgr, {94, 60}, 13, {45, 115, 30}, cv::FILLED);
+  cv::circle(bgr, {94, 60}, 6, {255, 255, 60}, cv::FILLED);
+  CHECK(tracker::find_led(bgr, {60, 60, 40}).led == Led::green);
+}
+
 TEST_CASE("find_led, casts, haze and white tables") {
   // Proves: what light and table do to a whole picture is taken out: of lit LEDs that are called anything, nearly all
   // have the right colour, and hardly an unlit one is lit.

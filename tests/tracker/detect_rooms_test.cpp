@@ -75,8 +75,7 @@ TEST_CASE("robots in rendered rooms") {
     }
     fmt::print(
         "{:8} recall {:.3f} of {}, false {}, unlit called white {}, red or yellow {} of {}, lit named right {} of {}; "
-        "told recall {:.3f}, false "
-        "{}\n",
+        "told recall {:.3f}, false {}\n",
         rooms.name, untold.recall(), untold.robots, untold.wrong, untold.called_white, untold.called_warm, untold.unlit,
         untold.right, untold.lit, told.recall(), told.wrong);
     CAPTURE(rooms.name);

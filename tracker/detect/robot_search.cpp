@@ -99,10 +99,11 @@ std::vector<Candidate> RobotSearch::about_diameter(double diameter_px) {
 std::vector<Candidate> RobotSearch::of_any_size(std::optional<double> diameter_px) {
   last_ = {};
   std::vector<double> tried;
+  const auto known = [&](double r_px) {
+    return std::ranges::any_of(tried, [&](double other) { return std::abs(std::log(r_px / other)) < same_size; });
+  };
   const auto better = [&](double r_px) {
-    if (!(r_px > 0) ||
-        std::ranges::any_of(tried, [&](double other) { return std::abs(std::log(r_px / other)) < same_size; }))
-      return false;
+    if (!(r_px > 0) || known(r_px)) return false;
     tried.push_back(r_px);
     OfSize one = of_size(2 * r_px, bodies_.bodies_or_cells(bgr_, 2 * r_px));
     // Again at the size that they have.
@@ -133,7 +134,7 @@ std::vector<Candidate> RobotSearch::of_any_size(std::optional<double> diameter_p
   std::vector<SizeEvidence> others = sizes_of_net(finds);
   others.insert(others.end(), sizes.begin(), sizes.end());
   for (const SizeEvidence& size : others)
-    if (best_look(finds, size.r_px) > worth_search) better(size.r_px);
+    if (!known(size.r_px) && best_look(finds, size.r_px) > worth_search) better(size.r_px);
   if (tried.empty() && !others.empty()) better(others[0].r_px);
   // Were those their coin cells?
   for (const double cell : cells)
