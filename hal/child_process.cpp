@@ -72,7 +72,7 @@ ChildProcess::ChildProcess(ChildStart start) : own_group_(start.own_group) {
   ::prctl(PR_SET_PDEATHSIG, start.last_signal);
   if (::getppid() != parent) ::_exit(1);  // it was gone before
   const auto seconds = static_cast<rlim_t>(start.processor_time.count());
-  const rlimit processor_time{seconds, seconds};
+  const rlimit processor_time{seconds, seconds + 1};  // then it is killed
   if (start.processor_time.count() > 0) ::setrlimit(RLIMIT_CPU, &processor_time);
   // Neither may be the other's new number.
   const int line_aside = start.has_line ? ::fcntl(its_line.get(), F_DUPFD_CLOEXEC, 10) : -1;
@@ -134,7 +134,7 @@ Finished run_to_end(ChildStart start, std::optional<std::chrono::milliseconds> l
   using namespace std::chrono_literals;
   const auto begun = std::chrono::steady_clock::now();
   // what it starts is in no way tied to us: should we be killed, that ends by itself
-  if (limit) start.processor_time = std::chrono::ceil<std::chrono::seconds>(*limit) + 1s;
+  if (limit && start.processor_time == 0s) start.processor_time = std::chrono::ceil<std::chrono::seconds>(*limit) + 1s;
   ChildProcess child(std::move(start));
   Finished out;
   for (bool more = true; more;) {
@@ -149,6 +149,7 @@ Finished run_to_end(ChildStart start, std::optional<std::chrono::milliseconds> l
   }
   const ChildProcess::End end = child.wait();
   if (end.signal == 0) out.status = end.code;
+  out.too_long = end.signal == SIGXCPU;
   return out;
 }
 

@@ -23,7 +23,7 @@ struct ChildStart {
   bool keeps_errors = true;   // its standard error is output, too; else it is ours
   bool has_line = false;      // its descriptor 3 is the other end of line()
   int last_signal = SIGKILL;  // what it gets when the thread that started it ends
-  std::chrono::seconds processor_time{0};  // after which it is killed, and each that it starts; 0: no limit
+  std::chrono::seconds processor_time{0};  // after which it gets SIGXCPU, and each that it starts; 0: no limit
 };
 
 // Its standard input is empty.
@@ -72,7 +72,8 @@ struct Finished {
   std::string output;  // at most 64 KiB
 };
 
-// Runs a child to its end and collects what it says. After `limit` it is killed, with all that it started.
-Finished run_to_end(ChildStart start, std::optional<std::chrono::milliseconds> limit = std::chrono::minutes(1));
+// Runs a child to its end and collects what it says. After `limit` it is killed, with all that it started. On a
+// busy machine short work can take minutes: work that may be endless is limited by its processor time, too.
+Finished run_to_end(ChildStart start, std::optional<std::chrono::milliseconds> limit = std::chrono::minutes(10));
 
 }  // namespace arkmesh::hal

@@ -20,11 +20,12 @@ namespace fs = std::filesystem;
 
 hal::Finished run_avr(std::vector<std::string> command) {
   const std::string tool = command[0];
-  hal::Finished done = hal::run_to_end({.command = std::move(command)});
+  hal::Finished done = hal::run_to_end({.command = std::move(command), .processor_time = std::chrono::minutes(1)});
   if (done.status == 127)
     throw std::runtime_error(
         fmt::format("{}, of the robot's compiler, is missing; apt-get install gcc-avr avr-libc binutils-avr", tool));
-  if (done.too_long) throw std::runtime_error(fmt::format("{} did not end within a minute", tool));
+  if (done.too_long)
+    throw std::runtime_error(fmt::format("{} did not end within a minute of work, or ten in all", tool));
   return done;
 }
 

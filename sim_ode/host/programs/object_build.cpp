@@ -236,14 +236,16 @@ fs::path firmware_folder() {
                      "the robots' firmware");
 }
 
-ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work, std::chrono::milliseconds limit)
+ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work) : ObjectBuild(program, work, Limits{}) {}
+
+ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work, Limits limits)
     : program_(program),
       work_(work),
       kilolib_(kilolib_folder()),
       firmware_(firmware_folder()),
       object_(work / "program.so"),
-      deadline_(std::chrono::steady_clock::now() + limit),
-      limit_(limit) {
+      deadline_(std::chrono::steady_clock::now() + limits.time),
+      limits_(limits) {
   for (std::size_t i = 0; i < program.files.size(); ++i) {
     const auto& [source, text] = program.files[i];
     const fs::path folder = work / fmt::format("{}", i);
@@ -336,12 +338,13 @@ void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>
     for (const char* header : {"stdio.h", "stdlib.h", "string.h"}) command.insert(command.end(), {"-include", header});
   if (!pc_types_option_.empty()) command.push_back(pc_types_option_);
   const hal::Finished done = hal::run_to_end(
-      {.command = command},
+      {.command = command, .processor_time = limits_.work},
       std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - std::chrono::steady_clock::now()));
-  if (done.too_long)
+  if (done.too_long || done.output.find("CPU time limit exceeded") != std::string::npos)  // gcc of its parts
     throw TooLong(
-        fmt::format("does not compile: the C compiler `cc` was ended because it had not finished after {:g} s",
-                    std::chrono::duration<double>(limit_).count()));
+        fmt::format("does not compile: the C compiler `cc` was ended because it had not finished after {} s of work, "
+                    "or {:g} s in all",
+                    limits_.work.count(), std::chrono::duration<double>(limits_.time).count()));
   if (done.status == 127) throw ProgramError("the C compiler `cc` cannot be started; apt-get install gcc libc6-dev");
   if (done.status != 0) throw ProgramError("does not compile: " + first_error(with_own_names(done.output), work_));
 }

@@ -267,10 +267,12 @@ TEST_CASE("a compiler that never ends is ended") {
   user.compile_with(fmt::format("#!/bin/sh\nsleep 600 &\necho $! > {}/child\nwait\n", user.folder.path().string()));
   const ReadProgram read(user.program);
   const tests::TemporaryDirectory work;
-  ObjectBuild build(read, work.path(), std::chrono::milliseconds(300));
-  CHECK_THROWS_WITH_AS(build.run(),
-                       "does not compile: the C compiler `cc` was ended because it had not finished after 0.3 s",
-                       ProgramError);
+  ObjectBuild build(read, work.path(), {.time = std::chrono::milliseconds(300)});
+  CHECK_THROWS_WITH_AS(
+      build.run(),
+      "does not compile: the C compiler `cc` was ended because it had not finished after 60 s of work, "
+      "or 0.3 s in all",
+      ProgramError);
   const std::string child = tests::read_file(user.folder.path() / "child");
   REQUIRE(!child.empty());
   // gone, or waiting for somebody to ask for its end
@@ -278,6 +280,24 @@ TEST_CASE("a compiler that never ends is ended") {
     const std::string state = tests::read_file(fmt::format("/proc/{}/stat", std::stoi(child)));
     return state.empty() || state.find(") Z") != std::string::npos;
   }));
+}
+
+TEST_CASE("a compiler that works for too long is ended") {
+  // That of this machine is, and one that works by itself.
+  User user;
+  std::string program = still;
+  for (int i = 0; i < 7; ++i)
+    program += fmt::format("#define M{} M{} + M{} + M{} + M{} + M{} + M{} + M{} + M{} + M{} + M{}\n", i + 1, i, i, i, i,
+                           i, i, i, i, i, i);
+  program += "int M0 = 1; int sum() { return M7; }\n";
+  const tests::TemporaryDirectory work;
+  const ReadProgram read(user.folder.write("long.c", program));
+  const auto seconds_of_work = [&] { ObjectBuild(read, work.path(), {.work = std::chrono::seconds(1)}).run(); };
+  const char* sentence =
+      "does not compile: the C compiler `cc` was ended because it had not finished after 1 s of work, or 600 s in all";
+  CHECK_THROWS_WITH_AS(seconds_of_work(), sentence, ProgramError);
+  user.compile_with("#!/bin/sh\nwhile :; do :; done\n");
+  CHECK_THROWS_WITH_AS(seconds_of_work(), sentence, ProgramError);
 }
 
 TEST_CASE("what decides a program is read from rules and sources") {
