@@ -18,7 +18,8 @@ constexpr int again = 25;               // of the first rows, repeated after the
 constexpr double shown = 1.5;           // radii from the centre outwards
 constexpr double margin = 1.1;          // so much more is copied: halving an odd length loses a pixel
 constexpr double largest_px = 16;       // the picture of a circle with a larger radius is halved
-constexpr std::size_t at_once = 16;     // crops; larger batches spend more time on fresh memory
+constexpr std::size_t views = 2;        // of a circle: as it is, and as a mirror shows it
+constexpr std::size_t at_once = 16;     // views; larger batches spend more time on fresh memory
 
 // The surroundings of the circle in polar coordinates, with brightness and contrast normalised as shown() in
 // training/look.py does.
@@ -48,6 +49,13 @@ cv::Mat surroundings(const cv::Mat& bgr, const Circle& circle) {
   return round;
 }
 
+cv::Mat mirrored(const cv::Mat& round) {
+  cv::Mat other_way, out;
+  cv::flip(round.rowRange(0, angles), other_way, 0);
+  cv::copyMakeBorder(other_way, out, 0, again, 0, 0, cv::BORDER_WRAP);
+  return out;
+}
+
 }  // namespace
 
 struct LookNet::Net {
@@ -65,11 +73,12 @@ std::vector<double> LookNet::probabilities(const cv::Mat& bgr, const std::vector
   std::vector<cv::Mat> some;
   for (const Circle& circle : circles) {
     some.push_back(surroundings(bgr, circle));
-    if (some.size() < at_once && all.size() + some.size() < circles.size()) continue;
+    some.push_back(mirrored(some.back()));
+    if (some.size() < at_once && all.size() + some.size() / views < circles.size()) continue;
     net_->net.setInput(cv::dnn::blobFromImages(some));
     const cv::Mat logits = net_->net.forward();
-    for (std::size_t i = 0; i < some.size(); ++i)
-      all.push_back(1 / (1 + std::exp(-static_cast<double>(logits.ptr<float>()[i]))));
+    for (const float* both = logits.ptr<float>(); both < logits.ptr<float>() + some.size(); both += views)
+      all.push_back(1 / (1 + std::exp(-(static_cast<double>(both[0]) + static_cast<double>(both[1])) / views)));
     some.clear();
   }
   return all;
