@@ -34,6 +34,7 @@ constexpr double net_reach = 1.3;                   // it finds radii down to th
 constexpr double worth_search = 0.8;      // the least likeliest close look at a size that led to robots is 0.97 ...
 constexpr std::size_t first_looks = 60;   // ... among so many
 constexpr double same_size = 0.06;        // the logarithm of the ratio of radii
+constexpr double next_size = 1.065;       // the least ratio that is more than that
 constexpr double other_size = 0.35;       // the same of robots of one picture, at most: a view may slant
 constexpr double cells[] = {0.65, 0.74};  // the radius of coin cells in parts of the board's
 
@@ -98,9 +99,11 @@ std::vector<Candidate> RobotSearch::about_diameter(double diameter_px) {
 
 std::vector<Candidate> RobotSearch::of_any_size(std::optional<double> diameter_px) {
   last_ = {};
+  // Near a figure that led to no certain result, a slightly different size may.
+  const double same = diameter_px ? same_size / 2 : same_size;
   std::vector<double> tried;
   const auto known = [&](double r_px) {
-    return std::ranges::any_of(tried, [&](double other) { return std::abs(std::log(r_px / other)) < same_size; });
+    return std::ranges::any_of(tried, [&](double other) { return std::abs(std::log(r_px / other)) < same; });
   };
   const auto better = [&](double r_px) {
     if (!(r_px > 0) || known(r_px)) return false;
@@ -127,6 +130,12 @@ std::vector<Candidate> RobotSearch::of_any_size(std::optional<double> diameter_p
     return last_.convincing;
   };
   if (diameter_px && better(*diameter_px / 2)) return last_.robots;
+  // A figure that is a little wrong may show them all, their edges mixed up with what is inside or round them.
+  for (const double step : {next_size, 1 / next_size})
+    for (double r_px = step * diameter_px.value_or(0) / 2, votes = 0; last_.votes > votes; r_px *= step) {
+      votes = last_.votes;
+      if (better(r_px)) return last_.robots;
+    }
   std::vector<SizeEvidence> sizes = bodies_.find_sizes(bgr_);
   sizes.resize(std::min(sizes.size(), edge_sizes));
   if (!sizes.empty() && better(sizes[0].r_px)) return last_.robots;
