@@ -72,8 +72,8 @@ struct Finished {
   std::string output;  // at most 64 KiB
 };
 
-// Runs a child to its end and collects what it says. After `limit` it is killed, with all that it started. On a
-// busy machine short work can take minutes: work that may be endless is limited by its processor time, too.
-Finished run_to_end(ChildStart start, std::optional<std::chrono::milliseconds> limit = std::chrono::minutes(10));
+// Runs a child to its end and collects what it says. After `limit` it is killed, with all that it started. What
+// must not be ended because the machine is busy gets a long limit, and a short one of processor time.
+Finished run_to_end(ChildStart start, std::optional<std::chrono::milliseconds> limit = std::chrono::minutes(1));
 
 }  // namespace arkmesh::hal

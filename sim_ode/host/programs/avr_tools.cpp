@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 
 hal::Finished run_avr(std::vector<std::string> command) {
   const std::string tool = command[0];
-  hal::Finished done = hal::run_to_end({.command = std::move(command), .processor_time = std::chrono::minutes(1)});
+  hal::Finished done = hal::run_to_end({.command = std::move(command), .processor_time = std::chrono::minutes(1)},
+                                       std::chrono::minutes(10));
   if (done.status == 127)
     throw std::runtime_error(
         fmt::format("{}, of the robot's compiler, is missing; apt-get install gcc-avr avr-libc binutils-avr", tool));

@@ -340,7 +340,8 @@ void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>
   const hal::Finished done = hal::run_to_end(
       {.command = command, .processor_time = limits_.work},
       std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - std::chrono::steady_clock::now()));
-  if (done.too_long || done.output.find("CPU time limit exceeded") != std::string::npos)  // gcc of its parts
+  if (done.too_long ||
+      done.output.find("CPU time limit exceeded signal terminated program") != std::string::npos)  // gcc of its parts
     throw TooLong(
         fmt::format("does not compile: the C compiler `cc` was ended because it had not finished after {} s of work, "
                     "or {:g} s in all",

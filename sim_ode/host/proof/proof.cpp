@@ -39,7 +39,9 @@ fs::path emulator(const fs::path& scratch) {
   if (!kept.empty() && access(kept.c_str(), X_OK) == 0) return kept;
   const fs::path made = scratch / "emulator";
   const hal::Finished done =
-      hal::run_to_end({.command = {"cc", "-O2", source.string(), "-o", made.string(), "-lsimavr", "-lelf", "-lm"}});
+      hal::run_to_end({.command = {"cc", "-O2", source.string(), "-o", made.string(), "-lsimavr", "-lelf", "-lm"},
+                       .processor_time = std::chrono::minutes(1)},
+                      std::chrono::minutes(10));
   if (done.status != 0)
     throw std::runtime_error(
         lines_with(done.output, {"simavr", "-lelf"}, 1).empty()
