@@ -34,7 +34,7 @@ constexpr double net_reach = 1.3;                   // it finds radii down to th
 constexpr double worth_search = 0.8;      // the least likeliest close look at a size that led to robots is 0.97 ...
 constexpr std::size_t first_looks = 60;   // ... among so many
 constexpr double same_size = 0.06;        // the logarithm of the ratio of radii
-constexpr double next_size = 1.065;       // the least ratio that is more than that
+constexpr double next_size = 1.065;       // the ratio of neighbouring sizes tried beside a given one
 constexpr double other_size = 0.35;       // the same of robots of one picture, at most: a view may slant
 constexpr double cells[] = {0.65, 0.74};  // the radius of coin cells in parts of the board's
 

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "sim_ode/host/programs/compiler_limits.hpp"
 #include "sim_ode/host/programs/program_inputs.hpp"
 
 namespace arkmesh::sim_ode {
@@ -20,13 +21,13 @@ namespace fs = std::filesystem;
 
 hal::Finished run_avr(std::vector<std::string> command) {
   const std::string tool = command[0];
-  hal::Finished done = hal::run_to_end({.command = std::move(command), .processor_time = std::chrono::minutes(1)},
-                                       std::chrono::minutes(10));
+  const CompilerLimits limits;
+  hal::Finished done = hal::run_to_end({.command = std::move(command), .processor_time = limits.work}, limits.time);
   if (done.status == 127)
     throw std::runtime_error(
         fmt::format("{}, of the robot's compiler, is missing; apt-get install gcc-avr avr-libc binutils-avr", tool));
   if (done.too_long)
-    throw std::runtime_error(fmt::format("{} did not end within a minute of work, or ten in all", tool));
+    throw std::runtime_error(fmt::format("{} was ended because it had not finished after {}", tool, limits.text()));
   return done;
 }
 

@@ -236,9 +236,7 @@ fs::path firmware_folder() {
                      "the robots' firmware");
 }
 
-ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work) : ObjectBuild(program, work, Limits{}) {}
-
-ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work, Limits limits)
+ObjectBuild::ObjectBuild(const ReadProgram& program, const fs::path& work, CompilerLimits limits)
     : program_(program),
       work_(work),
       kilolib_(kilolib_folder()),
@@ -342,10 +340,8 @@ void ObjectBuild::compile(const fs::path& source, const std::vector<std::string>
       std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - std::chrono::steady_clock::now()));
   if (done.too_long ||
       done.output.find("CPU time limit exceeded signal terminated program") != std::string::npos)  // gcc of its parts
-    throw TooLong(
-        fmt::format("does not compile: the C compiler `cc` was ended because it had not finished after {} s of work, "
-                    "or {:g} s in all",
-                    limits_.work.count(), std::chrono::duration<double>(limits_.time).count()));
+    throw TooLong("does not compile: the C compiler `cc` was ended because it had not finished after " +
+                  limits_.text());
   if (done.status == 127) throw ProgramError("the C compiler `cc` cannot be started; apt-get install gcc libc6-dev");
   if (done.status != 0) throw ProgramError("does not compile: " + first_error(with_own_names(done.output), work_));
 }

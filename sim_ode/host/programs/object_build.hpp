@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sim_ode/host/programs/compiler_limits.hpp"
 #include "sim_ode/host/programs/program_sources.hpp"
 
 namespace arkmesh::sim_ode {
@@ -20,15 +21,8 @@ std::string lies_elsewhere(const ReadProgram& program, const std::string& senten
 
 class ObjectBuild {
  public:
-  // The compiler's. A program takes 0.3 s of work. Waiting has a limit apart, since a busy machine may let it wait.
-  struct Limits {
-    std::chrono::seconds work{60};                              // of processor time, for each start of the compiler
-    std::chrono::milliseconds time = std::chrono::minutes(10);  // for all that it does
-  };
-
   // `work` is an empty folder; the program outlives the build. Throws ProgramError.
-  ObjectBuild(const ReadProgram& program, const std::filesystem::path& work);
-  ObjectBuild(const ReadProgram& program, const std::filesystem::path& work, Limits limits);
+  ObjectBuild(const ReadProgram& program, const std::filesystem::path& work, CompilerLimits limits = {});
 
   // Makes the object. Throws ProgramError with the compiler's first error.
   void run();
@@ -57,7 +51,7 @@ class ObjectBuild {
   std::vector<Part> parts_;
   const std::filesystem::path object_;
   const std::chrono::steady_clock::time_point deadline_;
-  const Limits limits_;
+  const CompilerLimits limits_;
   bool is_expanded_ = false;  // as run() begins
   bool plain_clock_ = false, more_headers_ = false, waits_for_memory_ = false;
   std::string pc_types_option_;  // empty: a robot's types

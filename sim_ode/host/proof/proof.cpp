@@ -15,6 +15,7 @@
 
 #include "hal/counted.hpp"
 #include "hal/files/scratch_folder.hpp"
+#include "sim_ode/host/programs/compiler_limits.hpp"
 #include "sim_ode/host/programs/content_hash.hpp"
 #include "sim_ode/host/programs/controller_check.hpp"
 #include "sim_ode/host/programs/program_cache.hpp"
@@ -38,10 +39,11 @@ fs::path emulator(const fs::path& scratch) {
   std::error_code error;
   if (!kept.empty() && access(kept.c_str(), X_OK) == 0) return kept;
   const fs::path made = scratch / "emulator";
+  const CompilerLimits limits;
   const hal::Finished done =
       hal::run_to_end({.command = {"cc", "-O2", source.string(), "-o", made.string(), "-lsimavr", "-lelf", "-lm"},
-                       .processor_time = std::chrono::minutes(1)},
-                      std::chrono::minutes(10));
+                       .processor_time = limits.work},
+                      limits.time);
   if (done.status != 0)
     throw std::runtime_error(
         lines_with(done.output, {"simavr", "-lelf"}, 1).empty()
