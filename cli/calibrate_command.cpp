@@ -17,11 +17,11 @@
 #include "cli/commands.hpp"
 #include "hal/counted.hpp"
 #include "testbed/camera_calibration.hpp"
+#include "tracker/camera/arena_corners.hpp"
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/camera_fit.hpp"
 #include "tracker/camera/camera_guard.hpp"
 #include "tracker/camera/source.hpp"
-#include "tracker/camera/table_corners.hpp"
 
 namespace arkmesh::cli {
 namespace {
@@ -136,7 +136,7 @@ std::vector<tracker::Point> corners_of(const CalibrateOptions& options, const tr
     throw CLI::ValidationError("--corner",
                                "give the arena's corners: four times --corner x,y, or a picture with --corners");
   const cv::Mat picture = arena_picture(options, lens);
-  corners = tracker::find_table_corners(picture);
+  corners = tracker::find_arena_corners(picture);
   if (corners.empty())
     throw std::runtime_error(fmt::format(
         "{}: the arena does not stand out from its surroundings; give its corners with --corner x,y, four times",
@@ -219,14 +219,14 @@ bool calibrate(const CalibrateOptions& options) {
 
 void import_ark(const CalibrateOptions& options) {
   const auto [width_m, height_m] = options.arena_sides_m();
-  tracker::ArkTable table;
-  std::tie(table.width_px, table.height_px) = options.ark_picture_px();
-  table.overview_px = std::min(table.width_px, table.height_px);
-  table.arena_width_m = width_m;
-  table.arena_height_m = height_m;
-  table.camera_height_m = options.camera_height_m;
+  tracker::ArkArena arena;
+  std::tie(arena.width_px, arena.height_px) = options.ark_picture_px();
+  arena.overview_px = std::min(arena.width_px, arena.height_px);
+  arena.arena_width_m = width_m;
+  arena.arena_height_m = height_m;
+  arena.camera_height_m = options.camera_height_m;
   std::vector<tracker::NamedCamera> cameras;
-  for (const tracker::CameraData& data : tracker::import_ark_calibration(options.ark, table)) {
+  for (const tracker::CameraData& data : tracker::import_ark_calibration(options.ark, arena)) {
     cameras.push_back({fmt::format("camera{}", cameras.size()), data, {}});
     const auto place = tracker::Calibration(data).position_m();
     const double robot_px = testbed::robot_width_px(data, {place[0], place[1]}).value_or(0);
@@ -234,7 +234,7 @@ void import_ark(const CalibrateOptions& options) {
       throw std::runtime_error(
           fmt::format("in pictures of {} x {} pixels a robot below camera{} would be {:.1f} px wide; is --size the "
                       "size of its pictures?",
-                      table.width_px, table.height_px, cameras.size() - 1, robot_px));
+                      arena.width_px, arena.height_px, cameras.size() - 1, robot_px));
     fmt::print("camera{}: over {:.3f},{:.3f}{}\n", cameras.size() - 1, place[0], place[1],
                robot_width(data, {place[0], place[1]}));
   }

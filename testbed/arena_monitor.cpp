@@ -41,7 +41,7 @@ constexpr hal::LabTime doubt_after{200'000};  // without any picture: robots may
 class ArenaMonitor final : public hal::kilobot::RobotMonitor {
  public:
   ArenaMonitor(std::vector<Eye> eyes, std::vector<tracker::Calibration> calibrations, std::span<const Place> places,
-               const tracker::TableSettings& settings, std::unique_ptr<tracker::NameKeeper> names,
+               const tracker::ArenaTrackerSettings& settings, std::unique_ptr<tracker::NameKeeper> names,
                std::vector<hal::RobotId> expected, Observer observer)
       : eyes_(std::move(eyes)),
         arrived_(eyes_.size()),
@@ -207,7 +207,7 @@ class ArenaMonitor final : public hal::kilobot::RobotMonitor {
 
   std::vector<Eye> eyes_;
   std::vector<hal::LabTime> arrived_;  // see Look
-  tracker::TableTracker tracker_;
+  tracker::ArenaTracker tracker_;
   std::unique_ptr<tracker::NameKeeper> names_;
   Observer observer_;
   hal::Counters own_counters_;

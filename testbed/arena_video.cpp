@@ -48,7 +48,7 @@ void ArenaVideo::look(const testbed::Look& look) {
     if (!look.pictures[k].empty()) store(k, draw(look.pictures[k], k, look.tracker));
 }
 
-cv::Mat ArenaVideo::draw(const cv::Mat& picture, std::size_t camera, const tracker::TableTracker& tracker) const {
+cv::Mat ArenaVideo::draw(const cv::Mat& picture, std::size_t camera, const tracker::ArenaTracker& tracker) const {
   cv::Mat drawn = picture.clone();
   if (const tracker::Calibration* seen_by = tracker.calibration(camera)) {
     tracker::draw_border(drawn, *seen_by);

@@ -32,7 +32,7 @@ class ArenaVideo {
   };
 
   void hear_shared(std::span<const std::byte> bytes);
-  cv::Mat draw(const cv::Mat& picture, std::size_t camera, const tracker::TableTracker& tracker) const;
+  cv::Mat draw(const cv::Mat& picture, std::size_t camera, const tracker::ArenaTracker& tracker) const;
   void store(std::size_t camera, const cv::Mat& drawn);
 
   std::string lab_;

@@ -40,7 +40,7 @@ std::optional<double> robot_width_px(const tracker::CameraData& camera, tracker:
 
 std::vector<tracker::Landmark> landmarks_of(const cv::Mat& picture, const tracker::CameraData& camera) {
   const tracker::Calibration calibration(camera);
-  tracker::TableTracker robots({calibration}, kilobot_tracking());
+  tracker::ArenaTracker robots({calibration}, kilobot_tracking());
   robots.look(hal::LabTime{0}, {&picture, 1});
   return tracker::find_landmarks(picture, robots.detections(0), calibration);
 }

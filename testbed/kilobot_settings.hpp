@@ -30,7 +30,7 @@ struct CameraSettings {
 
 struct KilobotSettings {
   bool keep_video = false;  // an annotated one of each camera
-  tracker::TableSettings tracking = kilobot_tracking();
+  tracker::ArenaTrackerSettings tracking = kilobot_tracking();
   double led_offset_deg = testbed::led_offset_deg;  // driving direction minus LED direction, counter-clockwise
   std::filesystem::path robots_file;  // of `arkmesh fit robots`: where each robot's LED is; empty: where others have it
   bool known_to_ark = false;     // identity: "spelled", or "ark" for programs that know ARK's messages 120 and 119 only

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "hal/platforms/kilobot/body.hpp"
-#include "tracker/follow/table_tracker.hpp"
+#include "tracker/follow/arena_tracker.hpp"
 
 namespace arkmesh::testbed {
 
@@ -23,8 +23,8 @@ inline tracker::AssociatorSettings kilobot_following() {
   return out;
 }
 
-inline tracker::TableSettings kilobot_tracking() {
-  tracker::TableSettings out;
+inline tracker::ArenaTrackerSettings kilobot_tracking() {
+  tracker::ArenaTrackerSettings out;
   out.body = kilobot_body();
   out.following = kilobot_following();
   return out;

@@ -40,7 +40,7 @@ double most_off_m(const tracker::Calibration& before, const tracker::Calibration
 }  // namespace
 
 PlacedCamera::PlacedCamera(std::size_t number, std::string source, std::string remedy,
-                           std::span<const tracker::Landmark> landmarks, const tracker::TableTracker& tracker,
+                           std::span<const tracker::Landmark> landmarks, const tracker::ArenaTracker& tracker,
                            hal::Counters& counters)
     : number_(number), source_(std::move(source)), remedy_(std::move(remedy)) {
   if (landmarks.size() >= tracker::CameraGuard::fewest_marks) {
@@ -55,7 +55,7 @@ PlacedCamera::PlacedCamera(std::size_t number, std::string source, std::string r
       source_, remedy_);
 }
 
-bool PlacedCamera::in_place(const cv::Mat& picture, tracker::TableTracker& tracker, hal::Counters& counters) {
+bool PlacedCamera::in_place(const cv::Mat& picture, tracker::ArenaTracker& tracker, hal::Counters& counters) {
   const tracker::Calibration* const calibration = tracker.calibration(number_);
   if (!guard_.has_learnt() || !calibration || picture.cols != calibration->data().lens.width_px ||
       picture.rows != calibration->data().lens.height_px)
@@ -114,7 +114,7 @@ bool PlacedCamera::at_start(Verdict verdict, hal::Counters& counters) {
 }
 
 // The first picture in which robots are is the one that a calibration without landmarks is for.
-void PlacedCamera::learn(const cv::Mat& picture, const tracker::TableTracker& tracker, hal::Counters& counters) {
+void PlacedCamera::learn(const cv::Mat& picture, const tracker::ArenaTracker& tracker, hal::Counters& counters) {
   const tracker::Calibration* const calibration = tracker.calibration(number_);
   if (picture.empty() || !calibration || (settled_ && guard_.has_learnt() && !renew_)) return;
   const std::vector<tracker::Detection>& robots = tracker.detections(number_);

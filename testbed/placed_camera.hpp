@@ -9,7 +9,7 @@
 
 #include "hal/counters.hpp"
 #include "tracker/camera/camera_guard.hpp"
-#include "tracker/follow/table_tracker.hpp"
+#include "tracker/follow/arena_tracker.hpp"
 
 namespace arkmesh::testbed {
 
@@ -22,13 +22,13 @@ class PlacedCamera {
  public:
   // `source`: as people call the camera; `remedy`: the command that calibrates it. Few landmarks are as none.
   PlacedCamera(std::size_t number, std::string source, std::string remedy, std::span<const tracker::Landmark> landmarks,
-               const tracker::TableTracker& tracker, hal::Counters& counters);
+               const tracker::ArenaTracker& tracker, hal::Counters& counters);
 
   // Whether places in that picture can be believed. May correct the tracker's calibration.
-  bool in_place(const cv::Mat& picture, tracker::TableTracker& tracker, hal::Counters& counters);
+  bool in_place(const cv::Mat& picture, tracker::ArenaTracker& tracker, hal::Counters& counters);
   // After the tracker has looked at a picture that can be believed: takes its landmarks where the calibration's are
   // none.
-  void learn(const cv::Mat& picture, const tracker::TableTracker& tracker, hal::Counters& counters);
+  void learn(const cv::Mat& picture, const tracker::ArenaTracker& tracker, hal::Counters& counters);
   // One sentence while the camera cannot be used until somebody calibrates it again; else empty.
   const std::string& error() const { return error_; }
 

@@ -79,7 +79,7 @@ TrackOutputs::TrackOutputs(const StreamOptions& options, double pictures_per_s, 
   }
 }
 
-void TrackOutputs::add(const tracker::Picture& picture, const tracker::TableTracker& tracker) {
+void TrackOutputs::add(const tracker::Picture& picture, const tracker::ArenaTracker& tracker) {
   const std::vector<tracker::Track>& tracks = tracker.tracks();
   const tracker::Calibration* camera = tracker.calibration(0);
   most_ = std::max(most_, tracks.size());
@@ -103,7 +103,7 @@ void TrackOutputs::serve_until(TimePoint then) {
   while (time_.now() < then && !stop_.stopped());
 }
 
-void TrackOutputs::finish(const tracker::TableTracker& tracker) {
+void TrackOutputs::finish(const tracker::ArenaTracker& tracker) {
   if (csv_.is_open()) {
     csv_.close();
     if (!csv_)

@@ -17,7 +17,7 @@
 #include "hal/time/loop_time.hpp"
 #include "testbed/track_stream.hpp"
 #include "tracker/camera/source.hpp"
-#include "tracker/follow/table_tracker.hpp"
+#include "tracker/follow/arena_tracker.hpp"
 
 namespace arkmesh::testbed {
 
@@ -28,7 +28,7 @@ class TrackOutputs {
   // below.
   TrackOutputs(const StreamOptions& options, double pictures_per_s, hal::StopRequest& stop);
 
-  void add(const tracker::Picture& picture, const tracker::TableTracker& tracker);
+  void add(const tracker::Picture& picture, const tracker::ArenaTracker& tracker);
   // Lets people who watch have their pictures; returns at `then`, or soon when there is nobody to serve or the operator
   // stops.
   void serve_until(std::chrono::steady_clock::time_point then);
@@ -36,7 +36,7 @@ class TrackOutputs {
   std::size_t pictures() const { return pictures_; }
   std::size_t robots() const { return robots_; }  // in the last picture
   // Completes the files and prints a summary.
-  void finish(const tracker::TableTracker& tracker);
+  void finish(const tracker::ArenaTracker& tracker);
 
  private:
   void write_rows(const tracker::Picture& picture, const std::vector<tracker::Track>& tracks,

@@ -21,7 +21,7 @@
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/live_camera.hpp"
 #include "tracker/camera/source.hpp"
-#include "tracker/follow/table_tracker.hpp"
+#include "tracker/follow/arena_tracker.hpp"
 
 namespace arkmesh::testbed {
 namespace {
@@ -65,15 +65,15 @@ std::optional<tracker::CameraData> calibration_of(const StreamOptions& options) 
   return tracker::read_calibration(options.calibration, options.camera).data;
 }
 
-tracker::TableTracker make_tracker(const StreamOptions& options,
+tracker::ArenaTracker make_tracker(const StreamOptions& options,
                                    const std::optional<tracker::CameraData>& calibration) {
-  tracker::TableSettings settings = kilobot_tracking();
+  tracker::ArenaTrackerSettings settings = kilobot_tracking();
   settings.following.led_offset_rad = options.led_offset_deg * std::numbers::pi / 180;
   if (options.diameter_px > 0) settings.detection.diameter_px = options.diameter_px;
-  if (!calibration) return tracker::TableTracker(settings);
+  if (!calibration) return tracker::ArenaTracker(settings);
   settings.following.half_width_m = calibration->arena_width_m / 2;
   settings.following.half_height_m = calibration->arena_height_m / 2;
-  return tracker::TableTracker({tracker::Calibration(*calibration)}, settings);
+  return tracker::ArenaTracker({tracker::Calibration(*calibration)}, settings);
 }
 
 void refuse_other_size(const StreamOptions& options, const std::optional<tracker::CameraData>& calibration,
@@ -114,7 +114,7 @@ bool track_recording(const StreamOptions& options, hal::StopRequest& stop, hal::
   if (recording->rate_is_guess())
     fmt::print(stderr, "arkmesh: {} has no time stamps; times assume {:g} pictures a second\n", options.source,
                recording->pictures_per_s());
-  tracker::TableTracker tracker = make_tracker(options, calibration);
+  tracker::ArenaTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, recording->pictures_per_s(), stop);
   const auto all = recording->pictures();
   const TimePoint begun = Clock::now();
@@ -155,7 +155,7 @@ void track_camera(const StreamOptions& options, hal::StopRequest& stop, hal::Pro
   const auto calibration = calibration_of(options);
   const tracker::Lens lens = calibration ? calibration->lens : tracker::Lens{};
   const auto camera = tracker::open_camera({options.source, lens.width_px, lens.height_px});
-  tracker::TableTracker tracker = make_tracker(options, calibration);
+  tracker::ArenaTracker tracker = make_tracker(options, calibration);
   TrackOutputs outputs(options, live_pictures_per_s, stop);
   OutageReport outages(progress);
   hal::LabTime last{0};

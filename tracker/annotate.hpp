@@ -23,7 +23,7 @@ void draw_tracks(cv::Mat& picture, const Calibration& camera, std::span<const Tr
 // Robots of other labs, where they are in this arena: circles of their LEDs' colours.
 void draw_ghosts(cv::Mat& picture, const Calibration& camera, std::span<const hal::Observation> robots,
                  double radius_m);
-// The arena's border on the table: where it does not lie on the real one, the camera was moved or the calibration is
+// The arena's border: where it does not lie on the real one, the camera was moved or the calibration is
 // another's.
 void draw_border(cv::Mat& picture, const Calibration& camera);
 // One line of text in the upper left corner.

@@ -1,4 +1,4 @@
-// Strokes on a camera's picture in fractions of a pixel, and words that can be read on every table.
+// Strokes on a camera's picture in fractions of a pixel, and words that can be read on every arena.
 #pragma once
 
 #include <opencv2/core/types.hpp>

@@ -1,4 +1,4 @@
-// Draws what a scenario shows people (hal/drawing) over a camera's picture, where it would lie on the table.
+// Draws what a scenario shows people (hal/drawing) over a camera's picture, where it would lie on the arena.
 #pragma once
 
 #include "hal/overlay/drawing.hpp"

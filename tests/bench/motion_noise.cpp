@@ -51,23 +51,23 @@ const std::vector<Constant> constants{
 // What one camera found, look by look.
 struct Found {
   std::string name;
-  tracker::TableSettings settings = testbed::kilobot_tracking();
+  tracker::ArenaTrackerSettings settings = testbed::kilobot_tracking();
   std::optional<tracker::Calibration> calibration;
   std::vector<std::pair<hal::LabTime, std::vector<tracker::Detection>>> looks;
 
-  void look(tracker::TableTracker& table, hal::LabTime at, const cv::Mat& picture) {
-    table.look(at, std::span(&picture, 1));
-    if (!table.calibration(0)) return;
-    calibration = *table.calibration(0);
-    looks.emplace_back(at, table.detections(0));
+  void look(tracker::ArenaTracker& tracking, hal::LabTime at, const cv::Mat& picture) {
+    tracking.look(at, std::span(&picture, 1));
+    if (!tracking.calibration(0)) return;
+    calibration = *tracking.calibration(0);
+    looks.emplace_back(at, tracking.detections(0));
   }
 };
 
 Found in_film(const std::string& file) {
   Found found{.name = "film"};
-  tracker::TableTracker table(found.settings);
+  tracker::ArenaTracker tracking(found.settings);
   const auto film = tracker::open_recording(file);
-  while (const auto picture = film->next()) found.look(table, film_plays * picture->stamp, picture->bgr);
+  while (const auto picture = film->next()) found.look(tracking, film_plays * picture->stamp, picture->bgr);
   return found;
 }
 
@@ -78,7 +78,7 @@ Found under_emulator(const std::string& file, double seconds) {
   Found found{.name = std::filesystem::path(file).stem().string()};
   found.settings.following.half_width_m = scene.width_m / 2,
   found.settings.following.half_height_m = scene.height_m / 2;
-  tracker::TableTracker table(
+  tracker::ArenaTracker tracking(
       {tests::true_calibration(emulator.camera(0).model_at_first(), scene.width_m, scene.height_m)}, found.settings);
   // The overhead controller needs two seconds to start.
   emulator.advance_to(hal::LabTime(3'000'000));
@@ -86,7 +86,7 @@ Found under_emulator(const std::string& file, double seconds) {
   const hal::LabTime end = emulator.now() + hal::LabTime(std::llround(seconds * 1e6));
   cv::Mat picture;
   for (; emulator.now() < end; emulator.advance_to(emulator.now() + emulator.config().frame_period))
-    if (emulator.picture(0, picture)) found.look(table, emulator.now(), picture);
+    if (emulator.picture(0, picture)) found.look(tracking, emulator.now(), picture);
   return found;
 }
 
@@ -110,7 +110,7 @@ Followed follow(const Found& found, const Noise& noise) {
   tracker::Associator associator(settings);
   Followed out;
   for (const auto& [at, detections] : found.looks) {
-    const auto seen = tracker::on_table(*found.calibration, detections, found.settings.body, noise.look);
+    const auto seen = tracker::on_arena(*found.calibration, detections, found.settings.body, noise.look);
     out.seen += static_cast<double>(seen.size());
     out.leds += static_cast<double>(
         std::ranges::count_if(seen, [](const auto& one) { return one.led_heading_rad.has_value(); }));

@@ -103,12 +103,12 @@ void print(const tests::TrackingScore& score) {
 int measure(const Options& options) {
   const hal::Config config = hal::Config::from_file(options.emulator);
   emulator::Emulator emulator(config.root());
-  tracker::TableSettings settings = testbed::kilobot_tracking();
+  tracker::ArenaTrackerSettings settings = testbed::kilobot_tracking();
   settings.expected_robots = static_cast<std::size_t>(emulator.robots());
   settings.following.half_width_m = emulator.config().scene.width_m / 2;
   settings.following.half_height_m = emulator.config().scene.height_m / 2;
   if (!options.robots.empty()) settings.following.led_offsets = testbed::read_led_offsets(options.robots);
-  tracker::TableTracker table(calibrations_of(emulator, options), settings);
+  tracker::ArenaTracker tracking(calibrations_of(emulator, options), settings);
 
   tests::TrackingReferee referee;
   std::vector<cv::Mat> pictures(emulator.cameras());
@@ -133,9 +133,9 @@ int measure(const Options& options) {
           through_jpeg(pictures[k], *options.jpeg);
       }
       const double before_s = cpu_s();
-      table.look(emulator.now(), pictures);
+      tracking.look(emulator.now(), pictures);
       tracking_s += cpu_s() - before_s;
-      referee.judge(emulator.now(), emulator.truth(), table);
+      referee.judge(emulator.now(), emulator.truth(), tracking);
     }
   }
   fmt::print("{} robots, {} frames ({:.0f} s), {} camera(s)\n", emulator.robots(), frame, options.seconds,
@@ -144,7 +144,7 @@ int measure(const Options& options) {
   const double frames = static_cast<double>(frame);
   fmt::print("  tracking              {:.2f} ms of processor time a frame; the emulator itself {:.2f} ms\n",
              1000 * tracking_s / frames, 1000 * (cpu_s() - begun_s - tracking_s) / frames);
-  for (const auto& [name, total] : table.counters().all()) fmt::print("  {:<21} {}\n", name, total);
+  for (const auto& [name, total] : tracking.counters().all()) fmt::print("  {:<21} {}\n", name, total);
   if (options.lapses)
     for (const std::string& lapse : referee.lapses()) fmt::print("{}\n", lapse);
   return 0;

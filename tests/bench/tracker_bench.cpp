@@ -21,7 +21,7 @@ namespace {
 
 using namespace arkmesh;
 
-// 100 robots on one frame of a square metre; 250 on each of four frames that see a larger table together.
+// 100 robots on one frame of a square metre; 250 on each of four frames that see a larger arena together.
 const tests::Scene& frame(int robots) {
   static const auto make = [](int count, double diameter_px, unsigned seed) {
     return tests::collage(tests::real_scenes(), {.width_px = 2048,
@@ -142,18 +142,18 @@ hal::Config square_metre() {
 void whole_way(benchmark::State& state, bench::Robots robots) {
   cv::setNumThreads(1);
   bench::ArenaFilm film(square_metre(), robots);
-  tracker::TableSettings settings = testbed::kilobot_tracking();
+  tracker::ArenaTrackerSettings settings = testbed::kilobot_tracking();
   settings.expected_robots = static_cast<std::size_t>(film.emulator().robots());
-  tracker::TableTracker table({tests::true_calibration(film.emulator().camera(0).model(), 1, 1)}, settings);
+  tracker::ArenaTracker tracking({tests::true_calibration(film.emulator().camera(0).model(), 1, 1)}, settings);
   tests::TrackingReferee referee;
   const double r_px = film.robot_radius_px(0);
   double ours_s = 0, hough_s = 0;
   const auto look = [&] {
     film.next();
     const double before_s = cpu_s();
-    table.look(film.now(), film.pictures());
+    tracking.look(film.now(), film.pictures());
     const double took_s = cpu_s() - before_s;
-    referee.judge(film.now(), film.emulator().truth(), table);
+    referee.judge(film.now(), film.emulator().truth(), tracking);
     return took_s;
   };
   // All are found and followed before time is taken.
@@ -186,16 +186,16 @@ void whole_table(benchmark::State& state, int sets_before) {
   std::vector<tracker::Calibration> cameras;
   for (std::size_t k = 0; k < film.emulator().cameras(); ++k)
     cameras.push_back(tests::true_calibration(film.emulator().camera(k).model(), scene.width_m, scene.height_m));
-  tracker::TableSettings settings = testbed::kilobot_tracking();
+  tracker::ArenaTrackerSettings settings = testbed::kilobot_tracking();
   settings.expected_robots = static_cast<std::size_t>(film.emulator().robots());
-  tracker::TableTracker table(std::move(cameras), settings);
+  tracker::ArenaTracker tracking(std::move(cameras), settings);
   tests::TrackingReferee referee;
   const auto look = [&] {
     film.next();
     const double before_s = cpu_s();
-    table.look(film.now(), film.pictures());
+    tracking.look(film.now(), film.pictures());
     const double took_s = cpu_s() - before_s;
-    referee.judge(film.now(), film.emulator().truth(), table);
+    referee.judge(film.now(), film.emulator().truth(), tracking);
     return took_s;
   };
   // Those that the first searches overlook are found in the next ones.
@@ -242,11 +242,11 @@ void markers(benchmark::State& state) {
   const emulator::Scene& scene = film.emulator().config().scene;
   tracker::MarkerSettings settings{.side_m = scene.marker_m, .height_m = scene.robot_height_m};
   for (int i = 0; i < film.emulator().robots(); ++i) settings.robots.push_back(static_cast<hal::RobotId>(i));
-  tracker::MarkerTracker table(
+  tracker::MarkerTracker tracking(
       {tests::true_calibration(film.emulator().camera(0).model(), scene.width_m, scene.height_m)}, settings);
   const auto look = [&] {
     film.next();
-    return table.look(film.now(), film.pictures());
+    return tracking.look(film.now(), film.pictures());
   };
   // All are found before time is taken.
   for (int i = 0; i < 20; ++i) look();
@@ -255,7 +255,7 @@ void markers(benchmark::State& state) {
   for (auto _ : state) {
     film.next();
     const double before_s = cpu_s();
-    const std::vector<hal::Observation> robots = table.look(film.now(), film.pictures());
+    const std::vector<hal::Observation> robots = tracking.look(film.now(), film.pictures());
     const double took_s = cpu_s() - before_s;
     state.SetIterationTime(took_s);
     longest_s = std::max(longest_s, took_s);

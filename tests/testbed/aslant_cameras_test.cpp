@@ -55,11 +55,11 @@ TEST_CASE("a camera that looks aslant and one beside it give each robot one trac
   std::vector<tracker::Calibration> cameras;
   for (std::size_t k = 0; k < emulator.cameras(); ++k)
     cameras.push_back(tests::true_calibration(emulator.camera(k).model(), 0.9, 0.5));
-  tracker::TableSettings settings = testbed::kilobot_tracking();
+  tracker::ArenaTrackerSettings settings = testbed::kilobot_tracking();
   settings.expected_robots = 20;
-  tracker::TableTracker unaware(cameras, settings);
+  tracker::ArenaTracker unaware(cameras, settings);
   settings.following.led_offsets = testbed::read_led_offsets(robots_file);
-  tracker::TableTracker tracker(std::move(cameras), settings);
+  tracker::ArenaTracker tracker(std::move(cameras), settings);
   tests::TrackingReferee referee, of_unaware;
   emulator.advance_to(hal::LabTime{3'000'000});
   emulator.command("say run");

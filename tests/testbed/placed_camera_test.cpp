@@ -108,7 +108,7 @@ double off_mm(const tracker::Calibration& believed, const tracker::Calibration& 
 Start start(const std::vector<tracker::Landmark>& landmarks, const tracker::CameraData& calibration, const Room& room,
             const Robots& robots, int most_looks = 120) {
   Start out;
-  tracker::TableTracker tracker({tracker::Calibration(calibration)}, testbed::kilobot_tracking());
+  tracker::ArenaTracker tracker({tracker::Calibration(calibration)}, testbed::kilobot_tracking());
   testbed::PlacedCamera placed(0, "0", "arkmesh calibrate ... --out t.yaml", landmarks, tracker, out.counters);
   const emulator::Camera camera(room.camera, room.scene);
   const tracker::Calibration truth(room.calibration());
@@ -252,7 +252,7 @@ TEST_CASE("placed camera: a dim room and a noisy camera") {
   }
   Room moved = room;
   moved.move(0.003, 0, 0);
-  tracker::TableTracker tracker({calibration}, testbed::kilobot_tracking());
+  tracker::ArenaTracker tracker({calibration}, testbed::kilobot_tracking());
   hal::Counters counters;
   testbed::PlacedCamera placed(0, "0", "", landmarks, tracker, counters);
   std::uint64_t looks = 1;
@@ -268,7 +268,7 @@ TEST_CASE("placed camera: an arena that changed is not refused for ever, and dar
   const Quiet quiet;
   const Room then;
   const auto landmarks = calibrated(then, {});
-  tracker::TableTracker tracker({tracker::Calibration(then.calibration())}, testbed::kilobot_tracking());
+  tracker::ArenaTracker tracker({tracker::Calibration(then.calibration())}, testbed::kilobot_tracking());
   hal::Counters counters;
   testbed::PlacedCamera placed(0, "0", "", landmarks, tracker, counters);
   const emulator::Camera camera(then.camera, then.scene);
@@ -290,7 +290,7 @@ TEST_CASE("placed camera: an arena that changed is not refused for ever, and dar
   Room other;
   other.camera.pose.roll_rad = 2;  // no landmark looks the same
   hal::Counters changed;
-  tracker::TableTracker again({tracker::Calibration(then.calibration())}, testbed::kilobot_tracking());
+  tracker::ArenaTracker again({tracker::Calibration(then.calibration())}, testbed::kilobot_tracking());
   testbed::PlacedCamera lost(0, "0", "", landmarks, again, changed);
   const emulator::Camera turned(other.camera, other.scene);
   int believed_at = 0;
@@ -315,7 +315,7 @@ TEST_CASE("placed camera: a real picture") {
   // did; moved by 1 degree it does not. The plain surface of the other real pictures has too few landmarks.
   const cv::Mat real = tracker::read_picture(std::string(ARKMESH_TEST_DATA) + "/kilobot-images/table_6robots.png");
   REQUIRE(!real.empty());
-  tracker::TableTracker robots{testbed::kilobot_tracking()};
+  tracker::ArenaTracker robots{testbed::kilobot_tracking()};
   robots.look(hal::LabTime{0}, {&real, 1});
   REQUIRE(robots.calibration(0));
   const tracker::Calibration& calibration = *robots.calibration(0);

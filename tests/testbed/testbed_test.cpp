@@ -23,7 +23,7 @@
 #include "tests/testbed/watched_emulator.hpp"
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/source.hpp"
-#include "tracker/follow/table_tracker.hpp"
+#include "tracker/follow/arena_tracker.hpp"
 
 using namespace arkmesh;
 using namespace arkmesh::tracker;
@@ -156,7 +156,7 @@ TEST_CASE("the real clip: 28 robots, no switch, nobody lost") {
   const auto truth = true_tracks();
   REQUIRE(truth.size() == 242);
   const auto clip = open_recording(pictures_folder + "bodyguard_clip.mp4");
-  TableTracker tracker{testbed::kilobot_tracking()};
+  ArenaTracker tracker{testbed::kilobot_tracking()};
   std::map<int, std::set<TrackNumber>> tracks_of;
   StraightHeadings straight;
   std::size_t missing = 0, strangers = 0, doubtful = 0, frames = 0;
@@ -204,8 +204,8 @@ TEST_CASE("robots at a seam are one, neighbours stay two") {
   const Point a{0, 0}, b{0.034, 0};
   const std::vector<Detection> in_west = {detection_at(west, a), detection_at(west, b)};
   const std::vector<Detection> in_east = {detection_at(east, a, 0.004), detection_at(east, b, 0.004)};
-  const std::vector<std::vector<FusedObservation>> views = {on_table(west, in_west, body),
-                                                            on_table(east, in_east, body)};
+  const std::vector<std::vector<FusedObservation>> views = {on_arena(west, in_west, body),
+                                                            on_arena(east, in_east, body)};
   const auto fused = fuse(views, body);
   REQUIRE(fused.size() == 2);
   CHECK(fused[0].x_m == doctest::Approx(0.002).epsilon(0.05));
@@ -218,12 +218,12 @@ TEST_CASE("robots at a seam are one, neighbours stay two") {
   CHECK(fuse(std::vector<std::vector<FusedObservation>>{views[0], {}}, body).size() == 2);
   Detection edge = in_west[0];
   edge.x_px = 2;
-  CHECK(on_table(west, std::vector{edge}, body).empty());
+  CHECK(on_arena(west, std::vector{edge}, body).empty());
 }
 
 TEST_CASE("a picture of another size than the calibration's is refused and counted") {
   // Proves that a camera that was switched to another resolution gives no wrong places.
-  TableTracker tracker({Calibration(camera_at(0))}, testbed::kilobot_tracking());
+  ArenaTracker tracker({Calibration(camera_at(0))}, testbed::kilobot_tracking());
   const cv::Mat picture(480, 640, CV_8UC3, cv::Scalar::all(128));
   CHECK(tracker.look(hal::LabTime(0), std::span(&picture, 1)).empty());
   CHECK(tracker.counters()["camera.refused.size"] == 1);

@@ -14,9 +14,9 @@
 
 #include "hal/platforms/kilobot/body.hpp"
 #include "tests/support/processes/temporary_directory.hpp"
+#include "tracker/camera/arena_corners.hpp"
 #include "tracker/camera/calibration_file.hpp"
 #include "tracker/camera/camera_fit.hpp"
-#include "tracker/camera/table_corners.hpp"
 
 using namespace arkmesh::tracker;
 
@@ -153,7 +153,7 @@ TEST_CASE("impossible cameras are refused") {
   CHECK(contains(reason([](auto& d) { d.lens.distortion = {1, 2, 3}; }), "3 distortion coefficients"));
   CHECK(contains(reason([](auto& d) { d.lens.matrix[0] = -5; }), "camera matrix"));
   CHECK(contains(reason([](auto& d) { d.rotation[0] = 2; }), "rotation"));
-  CHECK(contains(reason([](auto& d) { d.translation_m[2] = -1; }), "below the table"));
+  CHECK(contains(reason([](auto& d) { d.translation_m[2] = -1; }), "below the arena"));
   CHECK(contains(reason([](auto& d) { d.lens.width_px = 0; }), "picture size"));
   CHECK(contains(reason([](auto& d) { d.arena_width_m = 0; }), "arena"));
   CHECK(contains(reason([](auto& d) { d.translation_m[0] = std::nan(""); }), "not a number"));
@@ -410,10 +410,10 @@ TEST_CASE("a table that stands out shows its corners") {
   cv::fillConvexPoly(picture, table, cv::Scalar(215, 220, 210), cv::LINE_AA);
   for (int i = 0; i < 8; ++i)
     cv::circle(picture, {200 + 50 * i, 200 + 30 * i}, 12, cv::Scalar(40, 30, 30), cv::FILLED, cv::LINE_AA);
-  const std::vector<Point> found = find_table_corners(picture);
+  const std::vector<Point> found = find_arena_corners(picture);
   REQUIRE(found.size() == 4);
   for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
-  CHECK(find_table_corners(cv::Mat(600, 800, CV_8UC3, cv::Scalar(60, 70, 65))).empty());
+  CHECK(find_arena_corners(cv::Mat(600, 800, CV_8UC3, cv::Scalar(60, 70, 65))).empty());
 }
 
 TEST_CASE("a pale table under a lamp that blows out one corner and leaves another dim shows its corners") {
@@ -427,7 +427,7 @@ TEST_CASE("a pale table under a lamp that blows out one corner and leaves anothe
       for (int c = 0; c < 3; ++c)
         picture.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<uchar>(picture.at<cv::Vec3b>(y, x)[c] * light);
     }
-  const std::vector<Point> found = find_table_corners(picture);
+  const std::vector<Point> found = find_arena_corners(picture);
   REQUIRE(found.size() == 4);
   for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 1);
 }
@@ -437,10 +437,10 @@ TEST_CASE("what the picture's border cuts is no table") {
   cv::Mat picture(720, 960, CV_8UC3, cv::Scalar(190, 200, 205));
   const std::vector<cv::Point> dark = {{0, 0}, {700, 0}, {700, 719}, {0, 719}};
   cv::fillConvexPoly(picture, dark, cv::Scalar(40, 60, 75));
-  CHECK(find_table_corners(picture).empty());
+  CHECK(find_arena_corners(picture).empty());
   const std::vector<cv::Point> table = {{142, 31}, {688, 31}, {688, 579}, {142, 579}};
   cv::fillConvexPoly(picture, table, cv::Scalar(150, 152, 148));
-  const std::vector<Point> found = find_table_corners(picture);
+  const std::vector<Point> found = find_arena_corners(picture);
   REQUIRE(found.size() == 4);
   for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
 }
@@ -456,7 +456,7 @@ TEST_CASE("a table as bright as what is around it shows its corners by its colou
                cv::LINE_AA);
   for (int y = 0; y < picture.rows; ++y)
     for (int x = 0; x < picture.cols; ++x) picture.at<cv::Vec3b>(y, x) *= 0.9 + 0.15 * x / picture.cols;
-  const std::vector<Point> found = find_table_corners(picture);
+  const std::vector<Point> found = find_arena_corners(picture);
   REQUIRE(found.size() == 4);
   for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
 }

@@ -92,9 +92,9 @@ TEST_CASE("camera guard: a camera that moved") {
     warp.at<double>(0, 2) += row.x_px, warp.at<double>(1, 2) += row.y_px;
     for (const cv::Point2d& place : {cv::Point2d(100, 100), cv::Point2d(500, 90), cv::Point2d(320, 240),
                                      cv::Point2d(120, 400), cv::Point2d(520, 380)}) {
-      const auto on_table = calibration.to_arena({place.x, place.y}, 0);
-      REQUIRE(on_table);
-      const auto seen = now->to_pixel(*on_table, 0);
+      const auto on_arena = calibration.to_arena({place.x, place.y}, 0);
+      REQUIRE(on_arena);
+      const auto seen = now->to_pixel(*on_arena, 0);
       REQUIRE(seen);
       const double x = warp.at<double>(0, 0) * place.x + warp.at<double>(0, 1) * place.y + warp.at<double>(0, 2);
       const double y = warp.at<double>(1, 0) * place.x + warp.at<double>(1, 1) * place.y + warp.at<double>(1, 2);

@@ -178,11 +178,11 @@ TEST_CASE("what lies outside the arena by more than a radius is no robot") {
   tracker::CameraData narrow = camera.data();
   narrow.arena_width_m = (off_px[2] + off_px[3]) * metres_per_px - 2 * hal::kilobot::body_radius_m;
   for (const auto& [calibration, outside] : {std::pair(camera, 0u), {tracker::Calibration(narrow), 3u}}) {
-    tracker::TableTracker table({calibration}, testbed::kilobot_tracking());
-    table.look(hal::LabTime{0}, std::span(&scene.bgr, 1));
-    CHECK(table.detections(0).size() == 6);
-    CHECK(table.counters()["seen.outside"] == outside);
-    CHECK(table.counters()["track.born"] == 6 - outside);
+    tracker::ArenaTracker tracking({calibration}, testbed::kilobot_tracking());
+    tracking.look(hal::LabTime{0}, std::span(&scene.bgr, 1));
+    CHECK(tracking.detections(0).size() == 6);
+    CHECK(tracking.counters()["seen.outside"] == outside);
+    CHECK(tracking.counters()["track.born"] == 6 - outside);
   }
 }
 

@@ -213,7 +213,7 @@ TEST_CASE("find_led, casts, haze and white tables") {
                           {"greenish", 0.9, pixels([](cv::Mat& m) { cast(m, 0.8, 1.15, 0.85); })},
                           {"pink", 0.9, pixels([](cv::Mat& m) { cast(m, 1.1, 0.8, 1.15); })},
                           {"hazy", 0.9, pixels([](cv::Mat& m) { m.convertTo(m, -1, 0.25, 90); })},
-                          {"white table", 0.95, [](const Scene& scene) { return on_table(scene, "white"); }}}) {
+                          {"white table", 0.95, [](const Scene& scene) { return on_arena(scene, "white"); }}}) {
     int lit = 0, told = 0, right = 0, unlit_lit = 0;
     for (const Scene& real : real_scenes()) {
       const Scene scene = one.make(real);

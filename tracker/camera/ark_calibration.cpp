@@ -73,7 +73,7 @@ Eigen::Vector2d in_plane(const Eigen::Matrix3d& onto_plane, double x_px, double 
   return {at.x() / at.z(), at.y() / at.z()};
 }
 
-// The camera that sees the table through this homography (arena metres to pixels) from that place.
+// The camera that sees the arena through this homography (arena metres to pixels) from that place.
 CameraData camera_above(const Eigen::Matrix3d& to_pixels, const Eigen::Vector3d& place) {
   Eigen::Matrix3d all;
   all.col(0) = to_pixels.col(0);
@@ -104,7 +104,7 @@ CameraData camera_above(const Eigen::Matrix3d& to_pixels, const Eigen::Vector3d&
 
 }  // namespace
 
-std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file, const ArkTable& table) try {
+std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file, const ArkArena& arena) try {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) refuse_file(file, "there is no such calibration file");
   const cv::FileStorage in(file.string(), cv::FileStorage::READ);
@@ -129,8 +129,8 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
   Eigen::Vector2d least(1e300, 1e300), most(-1e300, -1e300);
   for (std::size_t i = 0; i < ks.size(); ++i) {
     onto_plane.push_back(rs[i] * ks[i].inverse());
-    for (const double x_px : {0.0, table.width_px - 1.0})
-      for (const double y_px : {0.0, table.height_px - 1.0}) {
+    for (const double x_px : {0.0, arena.width_px - 1.0})
+      for (const double y_px : {0.0, arena.height_px - 1.0}) {
         const Eigen::Vector2d at = in_plane(onto_plane.back(), x_px, y_px);
         least = least.cwiseMin(at);
         most = most.cwiseMax(at);
@@ -141,9 +141,9 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
 
   // The overview's corners, on the plane, are the arena's.
   std::vector<cv::Point2f> on_plane, in_arena;
-  const float east = static_cast<float>(table.arena_width_m / 2), north = static_cast<float>(table.arena_height_m / 2);
+  const float east = static_cast<float>(arena.arena_width_m / 2), north = static_cast<float>(arena.arena_height_m / 2);
   for (int i = 0; i < 4; ++i) {
-    const cv::Point2f at = corners[i] / static_cast<float>(table.overview_px);
+    const cv::Point2f at = corners[i] / static_cast<float>(arena.overview_px);
     const Eigen::Vector2d spot = least + Eigen::Vector2d(at.x, at.y).cwiseProduct(most - least);
     on_plane.emplace_back(static_cast<float>(spot.x()), static_cast<float>(spot.y()));
     in_arena.emplace_back(i % 2 ? east : -east, i < 2 ? north : -north);
@@ -156,15 +156,15 @@ std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file
   for (std::size_t i = 0; i < ks.size(); ++i) {
     Eigen::Matrix3d to_pixels = onto_plane[i].inverse() * arena_to_plane;
     const Eigen::Vector3d middle =
-        to_pixels.inverse() * Eigen::Vector3d((table.width_px - 1) / 2.0, (table.height_px - 1) / 2.0, 1);
-    const Eigen::Vector3d place(middle.x() / middle.z(), middle.y() / middle.z(), table.camera_height_m);
+        to_pixels.inverse() * Eigen::Vector3d((arena.width_px - 1) / 2.0, (arena.height_px - 1) / 2.0, 1);
+    const Eigen::Vector3d place(middle.x() / middle.z(), middle.y() / middle.z(), arena.camera_height_m);
     // What is in the middle of the picture is in front of the camera.
     if ((to_pixels * Eigen::Vector3d(place.x(), place.y(), 1)).z() < 0) to_pixels *= -1;
     CameraData data = camera_above(to_pixels, place);
-    data.lens.width_px = table.width_px;
-    data.lens.height_px = table.height_px;
-    data.arena_width_m = table.arena_width_m;
-    data.arena_height_m = table.arena_height_m;
+    data.lens.width_px = arena.width_px;
+    data.lens.height_px = arena.height_px;
+    data.arena_width_m = arena.arena_width_m;
+    data.arena_height_m = arena.arena_height_m;
     try {
       cameras.push_back(Calibration(std::move(data)).data());
     } catch (const std::invalid_argument& wrong) {

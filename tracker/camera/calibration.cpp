@@ -58,8 +58,8 @@ Calibration::Calibration(CameraData data) : data_(std::move(data)) {
   Eigen::Map<RowMatrix>(inverse_matrix_.data()) = as_matrix(data_.lens.matrix).inverse();
   Eigen::Map<Eigen::Vector3d>(position_m_.data()) =
       -as_matrix(data_.rotation).transpose() * as_vector(data_.translation_m);
-  if (!(position_m_[2] > 0)) throw std::invalid_argument("the camera is below the table");
-  // Outwards until the distorted radius no longer grows: beyond, two points of the table would share a pixel.
+  if (!(position_m_[2] > 0)) throw std::invalid_argument("the camera is below the arena");
+  // Outwards until the distorted radius no longer grows: beyond, two points of the arena would share a pixel.
   const double farthest = data_.lens.model == LensModel::fisheye ? farthest_angle : farthest_radius;
   constexpr int steps = 2000;
   double before = 0;

@@ -29,8 +29,7 @@ struct Lens {
 
 struct CameraData {
   Lens lens;
-  Matrix3 rotation{1, 0, 0, 0, -1,
-                   0, 0, 0, -1};  // X_camera = rotation X_arena + translation; z of the arena is up from the table
+  Matrix3 rotation{1, 0, 0, 0, -1, 0, 0, 0, -1};  // X_camera = rotation X_arena + translation; z is up from the arena
   std::array<double, 3> translation_m{0, 0, 1};
   double arena_width_m = 1, arena_height_m = 1;
   double error_px = 0, error_mm = 0;  // how well it fits what it was made from; for people
@@ -44,7 +43,7 @@ class Calibration {
   static Calibration overhead(int width_px, int height_px, double metres_per_px);
 
   const CameraData& data() const { return data_; }
-  // Of the camera, in the arena frame; the third is its height above the table.
+  // Of the camera, in the arena frame; the third is its height above the arena.
   const std::array<double, 3>& position_m() const { return position_m_; }
   // Where a point of the arena is in the picture, inside its frame or not; nothing when it is behind the camera or
   // beyond the lens's reach.

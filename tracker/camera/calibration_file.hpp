@@ -28,15 +28,15 @@ void write_calibrations(const std::filesystem::path& file, const std::vector<Nam
 Lens read_intrinsics(const std::filesystem::path& file);
 
 // What ARK's file does not hold.
-struct ArkTable {
+struct ArkArena {
   int width_px = 2048, height_px = 1536;  // of the cameras' pictures
   int overview_px = 1536;                 // side of the stitched overview that the corners were clicked in
   double arena_width_m = 2, arena_height_m = 2;
-  double camera_height_m = 1.6;  // above the table; decides only how the robots' height is corrected
+  double camera_height_m = 1.6;  // above the arena; decides only how the robots' height is corrected
 };
 
 // The cameras of a calibration made for ARK's tracker (K and R lists, corner1 to corner4), in its order. Such a file
 // knows no distortion and no place of the cameras; each is taken to hang above what is in the middle of its picture.
-std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file, const ArkTable& table);
+std::vector<CameraData> import_ark_calibration(const std::filesystem::path& file, const ArkArena& arena);
 
 }  // namespace arkmesh::tracker

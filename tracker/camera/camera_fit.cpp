@@ -102,7 +102,7 @@ double turn(const Point& a, const Point& b, const Point& c) {
   return (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x);
 }
 
-// Whether all marks lie on nearly one line of the table: the smaller spread is below a tenth of the larger.
+// Whether all marks lie on nearly one line of the arena: the smaller spread is below a tenth of the larger.
 bool narrow(std::span<const Mark> marks) {
   const double n = static_cast<double>(marks.size());
   double x = 0, y = 0, xx = 0, xy = 0, yy = 0;
@@ -295,26 +295,26 @@ CameraData place_camera(const Lens& lens, std::span<const Mark> marks, double ar
   // Straightened, the marks are seen by the simplest camera there is.
   const Calibration straightener(data);
   std::vector<cv::Point2d> straight;
-  std::vector<cv::Point3d> table;
+  std::vector<cv::Point3d> arena;
   for (const Mark& mark : marks) {
-    // 1 m above the table the place on it is the direction, turned over.
+    // 1 m above the arena the place on it is the direction, turned over.
     const auto at = straightener.to_arena(mark.in_pixels, 0);
     if (!at)
       throw std::runtime_error(
           fmt::format("the point {:.0f},{:.0f} is outside this lens's view", mark.in_pixels.x, mark.in_pixels.y));
     straight.emplace_back(at->x, -at->y);
-    table.emplace_back(mark.in_arena.x, mark.in_arena.y, 0);
+    arena.emplace_back(mark.in_arena.x, mark.in_arena.y, 0);
   }
   if (narrow(marks))
     throw std::runtime_error("the marks lie on one line; add some on both sides of it, across the camera's whole view");
   const char* const wrong =
-      "no camera can see these points at these places of the table; are the points and --arena right?";
+      "no camera can see these points at these places of the arena; are the points and --arena right?";
   try {
     cv::Mat turned, moved, rotation;
-    if (!cv::solvePnP(table, straight, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turned, moved, false,
+    if (!cv::solvePnP(arena, straight, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turned, moved, false,
                       cv::SOLVEPNP_IPPE))
       throw std::runtime_error(wrong);
-    cv::solvePnPRefineLM(table, straight, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turned, moved);
+    cv::solvePnPRefineLM(arena, straight, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turned, moved);
     cv::Rodrigues(turned, rotation);
     std::copy(rotation.begin<double>(), rotation.end<double>(), data.rotation.begin());
     std::copy(moved.begin<double>(), moved.end<double>(), data.translation_m.begin());

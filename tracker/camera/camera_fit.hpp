@@ -1,4 +1,4 @@
-// Finds a lens from pictures of a chessboard, and a camera's place from the arena's corners or from marks on the table.
+// Finds a lens from pictures of a chessboard, and a camera's place from the arena's corners or from marks on it.
 #pragma once
 
 #include <memory>
@@ -45,7 +45,7 @@ class LensFit {
   std::unique_ptr<Boards> boards_;
 };
 
-// A point of the table whose place is known, and where a picture shows it.
+// A point of the arena whose place is known, and where a picture shows it.
 struct Mark {
   Point in_pixels, in_arena;
 };

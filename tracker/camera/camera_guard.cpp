@@ -21,7 +21,7 @@ constexpr double roughly_px = 0.3, precisely_px = 0.05;
 constexpr std::size_t turns = 4;
 constexpr double followed_px = 5;  // that a mark is followed without searching
 constexpr std::size_t fewest_for_fit = 6;
-constexpr int small_reach = 56;  // searching, in the shrunk picture
+constexpr int small_reach = 56;  // searching, in the downsampled image
 
 // The patch round a place between pixels, smoothed as templates are, without its mean; false when it does not lie
 // inside the picture.
@@ -62,7 +62,7 @@ void CameraGuard::learn(std::span<const Landmark> landmarks, const Calibration& 
   tried_.reset();
   found_.reset();
   marks_.clear();
-  shrunk_ = rough_block(calibration.data().lens.width_px);
+  rough_block_ = rough_block(calibration.data().lens.width_px);
   for (const Landmark& landmark : landmarks) {
     const Point at{static_cast<double>(landmark.x_px), static_cast<double>(landmark.y_px)};
     const auto place = calibration.to_arena(at, 0);
@@ -71,7 +71,7 @@ void CameraGuard::learn(std::span<const Landmark> landmarks, const Calibration& 
     Mark& mark = marks_.emplace_back();
     mark.x_px = landmark.x_px, mark.y_px = landmark.y_px;
     mark.at_x_px = at.x, mark.at_y_px = at.y;
-    mark.on_table = *place;
+    mark.on_arena = *place;
     mark.look = std::move(look);
     mark.rough =
         cv::Mat(Landmark::rough_side, Landmark::rough_side, CV_8U, const_cast<std::uint8_t*>(landmark.rough.data()))
@@ -144,7 +144,7 @@ CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& ca
     if (now && tried_) {
       double apart_px = 0;
       for (const Mark& mark : marks_) {
-        const auto a = now->to_pixel(mark.on_table, 0), b = tried_->to_pixel(mark.on_table, 0);
+        const auto a = now->to_pixel(mark.on_arena, 0), b = tried_->to_pixel(mark.on_arena, 0);
         apart_px = std::max(apart_px, a && b ? std::hypot(a->x - b->x, a->y - b->y) : 1e9);
       }
       if (apart_px < max_px) found_ = now;
@@ -154,16 +154,17 @@ CameraGuard::Verdict CameraGuard::look(const cv::Mat& bgr, const Calibration& ca
   return recognised ? Verdict::moved : Verdict::unrecognised;
 }
 
-// Where marks are that may be far from their places: first roughly, in shrunk pictures, then by what most of them agree
-// on. Whether enough of them are seen there, and it is farther off than `max_px`.
+// Where marks are that may be far from their places: first roughly, in downsampled images, then by what most of them
+// agree on. Whether enough of them are seen there, and it is farther off than `max_px`.
 bool CameraGuard::search(const cv::Mat& bgr, double max_px) {
-  const cv::Mat small = shrunk_grey(bgr, shrunk_);
+  const cv::Mat small = downsampled_grey(bgr, rough_block_);
   const cv::Rect all(0, 0, small.cols, small.rows);
   std::vector<cv::Point2f> from, to;
   for (const Mark& mark : marks_) {
-    const cv::Point learnt(static_cast<int>(mark.x_px / shrunk_), static_cast<int>(mark.y_px / shrunk_));
-    const cv::Point near(static_cast<int>(mark.at_x_px / shrunk_), static_cast<int>(mark.at_y_px / shrunk_));
-    const cv::Rect piece = rough_patch(static_cast<int>(mark.x_px), static_cast<int>(mark.y_px), shrunk_, small.size());
+    const cv::Point learnt(static_cast<int>(mark.x_px / rough_block_), static_cast<int>(mark.y_px / rough_block_));
+    const cv::Point near(static_cast<int>(mark.at_x_px / rough_block_), static_cast<int>(mark.at_y_px / rough_block_));
+    const cv::Rect piece =
+        rough_patch(static_cast<int>(mark.x_px), static_cast<int>(mark.y_px), rough_block_, small.size());
     const cv::Rect window =
         cv::Rect(near.x - small_reach, near.y - small_reach, 2 * small_reach + 1, 2 * small_reach + 1) & all;
     if (window.width <= piece.width || window.height <= piece.height) continue;
@@ -174,12 +175,13 @@ bool CameraGuard::search(const cv::Mat& bgr, double max_px) {
     cv::minMaxLoc(likeness, nullptr, &best, nullptr, &at);
     if (best < 0.6) continue;
     from.emplace_back(static_cast<float>(mark.at_x_px), static_cast<float>(mark.at_y_px));
-    to.emplace_back(static_cast<float>(mark.at_x_px + shrunk_ * (window.x + at.x - piece.x - (near.x - learnt.x))),
-                    static_cast<float>(mark.at_y_px + shrunk_ * (window.y + at.y - piece.y - (near.y - learnt.y))));
+    to.emplace_back(
+        static_cast<float>(mark.at_x_px + rough_block_ * (window.x + at.x - piece.x - (near.x - learnt.x))),
+        static_cast<float>(mark.at_y_px + rough_block_ * (window.y + at.y - piece.y - (near.y - learnt.y))));
   }
   if (from.size() < fewest_for_fit) return false;
   std::vector<std::uint8_t> agrees;
-  const cv::Mat whole = cv::estimateAffinePartial2D(from, to, agrees, cv::RANSAC, 2.0 * shrunk_ + 1);
+  const cv::Mat whole = cv::estimateAffinePartial2D(from, to, agrees, cv::RANSAC, 2.0 * rough_block_ + 1);
   if (whole.empty() || cv::countNonZero(agrees) < static_cast<int>(fewest_for_fit)) return false;
   std::vector<double> off;
   for (Mark& mark : marks_) {
@@ -225,12 +227,12 @@ std::optional<Calibration> CameraGuard::fit(const Calibration& from) const {
       Vector6 right = Vector6::Zero();
       std::vector<double> off;
       for (const Mark* mark : seen) {
-        const auto at = camera.to_pixel(mark->on_table, 0);
+        const auto at = camera.to_pixel(mark->on_arena, 0);
         if (!at) return std::nullopt;
         const Eigen::Vector2d error(mark->at_x_px + mark->off_x_px - at->x, mark->at_y_px + mark->off_y_px - at->y);
         Eigen::Matrix<double, 2, 6> slope;
         for (int i = 0; i < 6; ++i) {
-          const auto other = beside[static_cast<std::size_t>(i)].to_pixel(mark->on_table, 0);
+          const auto other = beside[static_cast<std::size_t>(i)].to_pixel(mark->on_arena, 0);
           if (!other) return std::nullopt;
           slope.col(i) = Eigen::Vector2d(other->x - at->x, other->y - at->y) / h;
         }
@@ -262,7 +264,7 @@ std::optional<Calibration> CameraGuard::realigned() {
   auto out = std::exchange(found_, std::nullopt);
   if (!out) return out;
   for (Mark& mark : marks_) {
-    if (const auto at = out->to_pixel(mark.on_table, 0)) mark.at_x_px = at->x, mark.at_y_px = at->y;
+    if (const auto at = out->to_pixel(mark.on_arena, 0)) mark.at_x_px = at->x, mark.at_y_px = at->y;
   }
   confirmed_ = true;
   tried_.reset();

@@ -1,4 +1,4 @@
-// Watches whether a camera still hangs where it was calibrated: looks for a few dozen landmarks of the table in each
+// Watches whether a camera still hangs where it was calibrated: looks for a few dozen landmarks of the arena in each
 // picture. Knows no robots; what covers a mark hides it, that is all.
 #pragma once
 
@@ -17,7 +17,7 @@ struct GuardSettings {
   double tolerance_m = 0.0015;  // marks that are on the whole nearer than this to their places are in place
   double tolerance_px = 0.7;    // but so much is always allowed
   double min_seen =
-      0.25;  // a picture that shows fewer of the marks than this part is not of that table, or there is no light
+      0.25;  // a picture that shows fewer of the marks than this part is not of that arena, or there is no light
   int patience = 10;  // pictures between attempts to find out where the camera hangs now
 };
 
@@ -25,7 +25,7 @@ class CameraGuard {
  public:
   enum class Verdict : std::uint8_t {
     in_place,      // or there are too few marks to know
-    moved,         // the picture shows the table from elsewhere: places in it are wrong
+    moved,         // the picture shows the arena from elsewhere: places in it are wrong
     unrecognised,  // too few marks are seen: dark, covered, or moved far
   };
 
@@ -34,7 +34,7 @@ class CameraGuard {
   // Fewer marks tell nothing.
   static constexpr std::size_t fewest_marks = 8;
 
-  // What the table looks like from where the camera was calibrated: landmarks of a picture that fits `calibration`,
+  // What the arena looks like from where the camera was calibrated: landmarks of a picture that fits `calibration`,
   // and of the size that it is for. Later pictures are compared with it, which takes a fraction of a millisecond, for
   // the first one and those in which the camera is moved longer. They are 8-bit BGR and of that size, too.
   void learn(std::span<const Landmark> landmarks, const Calibration& calibration);
@@ -56,7 +56,7 @@ class CameraGuard {
     double at_x_px = 0, at_y_px = 0;    // where it belongs by the calibration of now
     double off_x_px = 0, off_y_px = 0;  // where it was last seen, from there
     bool seen = false;
-    Point on_table;  // metres
+    Point on_arena;  // metres
     Template look;
     cv::Mat rough;
   };
@@ -68,7 +68,7 @@ class CameraGuard {
   GuardSettings settings_;
   bool learnt_ = false, confirmed_ = false;  // confirmed: was seen in place since
   std::vector<Mark> marks_;
-  int shrunk_ = 1;
+  int rough_block_ = 1;
   double off_px_ = 0, seen_part_ = 0;
   std::size_t turn_ = 0;
   int amiss_ = 0;  // pictures in a row

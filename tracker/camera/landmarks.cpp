@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "tracker/detect/shrunk_picture.hpp"
+#include "tracker/detect/downsampled_image.hpp"
 
 namespace arkmesh::tracker {
 namespace {
@@ -16,12 +16,12 @@ constexpr int field_columns = 12, field_rows = 9;  // the picture is divided int
 constexpr std::size_t max_landmarks = 40;          // the best of them
 constexpr double certain_px = 0.12;                // a landmark's place is known to so much, given the picture's noise
 
-Landmark cut_out(const cv::Mat& bgr, const cv::Mat& shrunk, int by, const cv::Point& at) {
+Landmark cut_out(const cv::Mat& bgr, const cv::Mat& small, int by, const cv::Point& at) {
   Landmark out{.x_px = at.x, .y_px = at.y, .grey = {}, .rough = {}};
   for (int y = -landmark_half; y <= landmark_half; ++y)
     for (int x = -landmark_half; x <= landmark_half; ++x)
       out.grey.push_back(cv::saturate_cast<std::uint8_t>(grey_of(bgr.at<cv::Vec3b>(at.y + y, at.x + x))));
-  const cv::Mat rough = shrunk(rough_patch(at.x, at.y, by, shrunk.size()));
+  const cv::Mat rough = small(rough_patch(at.x, at.y, by, small.size()));
   out.rough.assign(rough.begin<std::uint8_t>(), rough.end<std::uint8_t>());
   return out;
 }
@@ -41,17 +41,17 @@ int rough_block(int width_px) {
   return std::max(1, (width_px + 479) / 480);
 }
 
-cv::Mat shrunk_grey(const cv::Mat& bgr, int by) {
+cv::Mat downsampled_grey(const cv::Mat& bgr, int by) {
   cv::Mat small, grey;
   cv::resize(bgr, small, {}, 1.0 / by, 1.0 / by, cv::INTER_AREA);
   cv::cvtColor(small, grey, cv::COLOR_BGR2GRAY);
   return grey;
 }
 
-cv::Rect rough_patch(int x_px, int y_px, int by, const cv::Size& shrunk) {
+cv::Rect rough_patch(int x_px, int y_px, int by, const cv::Size& of) {
   constexpr int side = Landmark::rough_side;
-  return {std::clamp(x_px / by - side / 2, 0, shrunk.width - side),
-          std::clamp(y_px / by - side / 2, 0, shrunk.height - side), side, side};
+  return {std::clamp(x_px / by - side / 2, 0, of.width - side), std::clamp(y_px / by - side / 2, 0, of.height - side),
+          side, side};
 }
 
 Template template_of(const Landmark& landmark) {
@@ -91,11 +91,11 @@ Template template_of(const Landmark& landmark) {
 std::vector<Landmark> find_landmarks(const cv::Mat& bgr, std::span<const Detection> robots,
                                      const Calibration& calibration) {
   const int rough_by = rough_block(bgr.cols);
-  const cv::Mat rough = shrunk_grey(bgr, rough_by);
+  const cv::Mat rough = downsampled_grey(bgr, rough_by);
   if (rough.cols <= Landmark::rough_side || rough.rows <= Landmark::rough_side) return {};
   const int by = (bgr.cols + 959) / 960;  // corners are chosen in a smaller picture
   cv::Mat strength;
-  cv::cornerMinEigenVal(shrunk_grey(bgr, by), strength, std::max(3, Template::side / by), 3);
+  cv::cornerMinEigenVal(downsampled_grey(bgr, by), strength, std::max(3, Template::side / by), 3);
   const double noise = std::max(1.0, noise_of(bgr));
   std::vector<std::pair<double, Landmark>> found;
   for (int field = 0; field < field_columns * field_rows; ++field) {

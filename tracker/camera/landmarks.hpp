@@ -17,15 +17,15 @@ struct Landmark {
   static constexpr int rough_side = 17;  // pixels of `rough`, each rough_block(width) wide in the picture
 
   int x_px = 0, y_px = 0;
-  // Row by row. `rough` is of the shrunk picture, and what is near it where the picture ends.
+  // Row by row. `rough` is of the downsampled image, and what is near it where the picture ends.
   std::vector<std::uint8_t> grey, rough;
 };
 
 // Landmarks are looked for from afar in pictures that are smaller by this factor, about 480 pixels wide.
 int rough_block(int width_px);
-cv::Mat shrunk_grey(const cv::Mat& bgr, int by);
-// Where a landmark's rough patch lies in a shrunk picture of that size. The picture is larger than the patch.
-cv::Rect rough_patch(int x_px, int y_px, int by, const cv::Size& shrunk);
+cv::Mat downsampled_grey(const cv::Mat& bgr, int by);
+// Where a landmark's rough patch lies in a downsampled image of that size. The picture is larger than the patch.
+cv::Rect rough_patch(int x_px, int y_px, int by, const cv::Size& of);
 
 inline float grey_of(const cv::Vec3b& pixel) {
   return 0.25F * static_cast<float>(pixel[0] + 2 * pixel[1] + pixel[2]);

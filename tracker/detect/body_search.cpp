@@ -103,7 +103,7 @@ void BodySearch::take(const cv::Mat& bgr, int block) {
 std::vector<SizeEvidence> BodySearch::find_sizes(const cv::Mat& bgr) {
   std::vector<Candidate> candidates;
   for (int block = 1; block <= 64; block *= 2) {
-    // radii from 5 to 10 shrunk pixels
+    // radii from 5 to 10 pixels of the downsampled image
     if (10.0 * block < settings_.smallest_diameter_px / 2) continue;
     if (5.0 * block > settings_.largest_diameter_px / 2) break;
     take(bgr, block);
@@ -160,8 +160,8 @@ bool BodySearch::in_dark_ring(const Circle& circle) const {
     std::vector<double> values;
     for (int i = 0; i < 72; ++i) {
       const double far = circle.r_px * (from + (to - from) * (i % 3) / 2), angle = i * std::numbers::pi / 36;
-      const double x = picture_.shrunk_x(circle.x_px + far * std::cos(angle)),
-                   y = picture_.shrunk_y(circle.y_px + far * std::sin(angle));
+      const double x = picture_.image_x(circle.x_px + far * std::cos(angle)),
+                   y = picture_.image_y(circle.y_px + far * std::sin(angle));
       if (x >= 0 && y >= 0 && x <= picture_.width - 1.001 && y <= picture_.height - 1.001)
         values.push_back(static_cast<double>(picture_.at(static_cast<float>(x), static_cast<float>(y))));
     }

@@ -1,4 +1,5 @@
-// The search for robots by their edges: round votes in a shrunk picture, each looked at closely in the picture itself.
+// The search for robots by their edges: Hough voting in a downsampled image, each looked at closely in the picture
+// itself.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -7,7 +8,7 @@
 
 #include "tracker/detect/candidate.hpp"
 #include "tracker/detect/detector.hpp"
-#include "tracker/detect/round_votes.hpp"
+#include "tracker/detect/hough_voting.hpp"
 
 namespace arkmesh::tracker {
 
@@ -42,24 +43,24 @@ class BodySearch {
   static double median_r_px(const std::vector<Candidate>& robots);
 
  private:
-  // First on the shrunk picture, where most of what is no robot shows itself; then on the picture itself.
+  // First on the downsampled image, where most of what is no robot shows itself; then on the picture itself.
   std::optional<CircleFit> closely(const cv::Mat& bgr, const Circle& guess, bool darker);
-  // Candidates of radii [least, most] px in the shrunk picture, each looked at closely, until `patience` of them in a
-  // row are nothing.
+  // Candidates of radii [least, most] px in the downsampled image, each looked at closely, until `patience` of them in
+  // a row are nothing.
   void look(const cv::Mat& bgr, double min_r_px, double max_r_px, double min_votes, std::size_t patience,
             std::vector<Candidate>& candidates);
-  // The whole picture, shrunk, unless it is so already.
+  // The whole picture, downsampled, unless it is so already.
   void take(const cv::Mat& bgr, int block);
   // Whether a circle is a coin cell's: board round it, and arena round that. Grey levels of the picture looked at last.
   bool in_dark_ring(const Circle& circle) const;
-  // The weakest edge of the shrunk picture that may vote, in grey levels a pixel.
+  // The weakest edge of the downsampled image that may vote, in grey levels a pixel.
   double min_step() const;
 
   DetectorSettings settings_;
   double noise_ = 0;  // of the picture looked at, in grey levels
-  ShrunkPicture picture_;
+  DownsampledImage picture_;
   int taken_block_ = 0;  // of the whole picture in picture_ and votes_; 0: they hold something else
-  RoundVotes votes_;
+  HoughVoting votes_;
   CircleFitter fitter_;
   std::vector<CircleVote> circle_votes_;
   Explanation* explanation_ = nullptr;

@@ -23,7 +23,7 @@ double looks(double weber, double activity) {
   return ramp(weber, 0.03, 0.2) * (0.6 + 0.4 * ramp(activity, 0.02, 0.07));
 }
 
-// Whether it has a board like a robot's: motley with parts, dark gaps between them; and something on it, not the table
+// Whether it has a board like a robot's: motley with parts, dark gaps between them; and something on it, not the arena
 // itself as a ring has.
 double likeness_of(const RadialProfile& profile, double outside) {
   const double coin = static_cast<double>(profile.coin), board = static_cast<double>(profile.board),
@@ -80,7 +80,7 @@ Candidate candidate(const CircleFit& circle_fit) {
                std::max(static_cast<double>(circle_fit.profile.outside_high - circle_fit.profile.outside_low), 8.0),
            0.15, 0.45);
   one.clear *= one.likeness;
-  // Only on dark tables are robots brighter than what surrounds them, down to their gaps.
+  // Only on dark arenas are robots brighter than what surrounds them, down to their gaps.
   const double brightest = std::max(
       {outside, static_cast<double>(circle_fit.profile.coin), static_cast<double>(circle_fit.profile.board), 15.0});
   const double low = static_cast<double>(circle_fit.profile.board_low);

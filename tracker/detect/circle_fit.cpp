@@ -1,4 +1,4 @@
-// See edge.hpp.
+// See circle_fit.hpp.
 #include "tracker/detect/circle_fit.hpp"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ ARKMESH_WIDE void nearest_pixels(float x, float y, float dx, float dy, int width
   }
 }
 
-// Grey levels between pixels at evenly spaced places, as ShrunkPicture::at has them: loops of their own so that they
+// Grey levels between pixels at evenly spaced places, as DownsampledImage::at has them: loops of their own so that they
 // vectorise.
 ARKMESH_WIDE void between_pixels(const std::int16_t* __restrict grey, int width, float x, float y, float dx, float dy,
                                  int count, float* __restrict along) {
@@ -72,7 +72,7 @@ void rises(const float* __restrict along, int count, float* __restrict rise) {
 
 }  // namespace
 
-void CircleFitter::sample(const ShrunkPicture& picture, double x, double y, double r, const Span& span) {
+void CircleFitter::sample(const DownsampledImage& picture, double x, double y, double r, const Span& span) {
   span_ = span;
   first_ = static_cast<float>(span.from * r);
   spacing_ = static_cast<float>((span.to - span.from) * r / (span.samples - 1));
@@ -246,9 +246,9 @@ void CircleFitter::judge(double x, double y, const Fitted& fitted, bool darker, 
       radial_profile(patch_, static_cast<float>(x) + fitted.x, static_cast<float>(y) + fitted.y, fitted.r);
 }
 
-std::optional<Circle> CircleFitter::roughly(const ShrunkPicture& picture, const Circle& guess, bool darker,
+std::optional<Circle> CircleFitter::roughly(const DownsampledImage& picture, const Circle& guess, bool darker,
                                             double noise) {
-  const double x = picture.shrunk_x(guess.x_px), y = picture.shrunk_y(guess.y_px), r = guess.r_px / picture.block;
+  const double x = picture.image_x(guess.x_px), y = picture.image_y(guess.y_px), r = guess.r_px / picture.block;
   const double min_step = std::max(3.0, 1.5 * noise / picture.block);
   sample(picture, x, y, r, {.from = 0.58, .to = 1.42, .samples = 28, .reach = 2, .every = 2});
   const Fitted found = fit_circle(r, darker, min_step, {0.32, 0.22, 0.16});
@@ -276,7 +276,7 @@ std::optional<CircleFit> CircleFitter::fit(const cv::Mat& bgr, const Circle& gue
               static_cast<int>(std::ceil(guess.x_px + far)) + 1, static_cast<int>(std::ceil(guess.y_px + far)) + 1,
               block);
   if (patch_.width < 4 || patch_.height < 4) return {};
-  const double x = patch_.shrunk_x(guess.x_px), y = patch_.shrunk_y(guess.y_px), r = guess.r_px / block;
+  const double x = patch_.image_x(guess.x_px), y = patch_.image_y(guess.y_px), r = guess.r_px / block;
   const double min_step = std::max(3.0, 1.5 * noise / block);
   const double span = 0.14 + off;
   sample(patch_, x, y, r,

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "tracker/detect/circle.hpp"
+#include "tracker/detect/downsampled_image.hpp"
 #include "tracker/detect/radial_profile.hpp"
-#include "tracker/detect/shrunk_picture.hpp"
 
 namespace arkmesh::tracker {
 
@@ -27,10 +27,10 @@ struct CircleFit {
 // Keeps its working memory from call to call.
 class CircleFitter {
  public:
-  // A better guess from a picture shrunk so that the robot's radius is 5 to 12 of its pixels: the first one may be off
-  // by a third of its radius in place and in size. `noise` is that of the whole picture, in grey levels. Empty when too
-  // few edges agree on any circle.
-  std::optional<Circle> roughly(const ShrunkPicture& picture, const Circle& guess, bool darker, double noise);
+  // A better guess from a picture downsampled so that the robot's radius is 5 to 12 of its pixels: the first one may be
+  // off by a third of its radius in place and in size. `noise` is that of the whole picture, in grey levels. Empty when
+  // too few edges agree on any circle.
+  std::optional<Circle> roughly(const DownsampledImage& picture, const Circle& guess, bool darker, double noise);
   // From the picture itself; `guess` may be off by the given part of its radius.
   std::optional<CircleFit> fit(const cv::Mat& bgr, const Circle& guess, double off, bool darker, double noise);
 
@@ -46,13 +46,13 @@ class CircleFitter {
     float x = 0, y = 0, r = 0;  // relative to the origin of the rays, in pixels of the patch
     bool good = false;
   };
-  void sample(const ShrunkPicture& picture, double x, double y, double r, const Span& span);
+  void sample(const DownsampledImage& picture, double x, double y, double r, const Span& span);
   void find_edges(const Fitted& circle, float window, bool darker, float min_step);
   bool adjust(Fitted& circle, float scale) const;
   Fitted fit_circle(double r, bool darker, double min_step, std::initializer_list<double> windows);
   void judge(double x, double y, const Fitted& fitted, bool darker, double min_step, CircleFit& circle_fit) const;
 
-  ShrunkPicture patch_;
+  DownsampledImage patch_;
   Span span_{};
   std::array<std::array<float, max_samples>, rays> step_{};  // rise of the grey level outwards along each ray
   std::array<int, rays> known_{};                            // samples of the ray that lie inside the picture

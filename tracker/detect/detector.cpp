@@ -55,7 +55,7 @@ class Detector::Search {
     if (robots.empty()) robots = searched(bgr);
     before_.clear();
     for (const Candidate& one : robots) before_.push_back(one.circle_fit.circle);
-    // Three that agree are worth remembering; cameras are refocused and tables tilted, so it drifts along.
+    // Three that agree are worth remembering; cameras are refocused and arenas tilted, so it drifts along.
     if (!settings_.diameter_px) {
       const double found_px = 2 * BodySearch::median_r_px(robots);
       if (robots.size() < enough_robots)

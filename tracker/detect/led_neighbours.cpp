@@ -13,7 +13,7 @@ namespace {
 // Hues within a group of equal LEDs of one real picture differ by up to 10 degrees from the next one; blue and magenta
 // are 60 degrees apart in theory, and 30 or more in pictures of both.
 constexpr double gap_deg = 15;
-// In theory the border is at 270 degrees; blue LEDs are seen at 223 to 254 on real tables.
+// In theory the border is at 270 degrees; blue LEDs are seen at 223 to 254 on real arenas.
 constexpr double border_deg = 270;
 
 // LEDs lie at 0.81 to 0.96 of the radius, mirrored light at 0.5 to 0.9, on one side of most robots of a picture.

@@ -1,5 +1,5 @@
-// LEDs judged by the other robots of a picture. Blue and magenta: cameras see the two at hues that differ from table to
-// table, but one camera sees all robots' LEDs alike. White: robots mirror one lamp on one side.
+// LEDs judged by the other robots of a picture. Blue and magenta: cameras see the two at hues that differ from arena to
+// arena, but one camera sees all robots' LEDs alike. White: robots mirror one lamp on one side.
 #pragma once
 
 #include <span>
@@ -11,7 +11,7 @@ namespace arkmesh::tracker {
 // Where an LED can be, and a coin cell's usual rim: parts of a robot's radius.
 inline constexpr double nearest_led = 0.76, farthest_led = 0.98, usual_cell = 0.65;
 // White or off with less confidence is unknown. Of white spots below it in rendered rooms more than half are mirrored
-// lamps; of what is called off below it on white tables all are lit, on grey tables hardly one.
+// lamps; of what is called off below it on white arenas all are lit, on grey arenas hardly one.
 inline constexpr float least_sure = 0.2F;
 
 // Where lit LEDs between cyan and red form groups of hue with gaps between them, a group of two robots or more has one

@@ -21,13 +21,13 @@ constexpr double nearest = 0.6, ring_step = 0.06;  // of the radius: the LED lie
 constexpr double two_pi = 6.283185307179586;
 constexpr double cold_bonus = 0.12, lit = 0.98;  // least brightness of a spot that is lit, see below
 // Most that a coin cell lets guess of white, and that coloured light must outshine: the mean of a lit spot is darker
-// than its brightest pixel. Chosen on real pictures with glare painted on and on white tables: with 255, more than a
+// than its brightest pixel. Chosen on real pictures with glare painted on and on white arenas: with 255, more than a
 // quarter of their lit LEDs stay off.
 constexpr double most_white = 190;
-// Boards are darker than this part of table or coin cell, and than this, or else the picture is hazy: chosen on real
-// pictures of little contrast and on dark tables.
+// Boards are darker than this part of arena or coin cell, and than this, or else the picture is hazy: chosen on real
+// pictures of little contrast and on dark arenas.
 constexpr double darkest_part = 0.6, darkest = 60;
-// Metal and coin cells that mirror a lamp are warm and pale, and seldom outshine a white table by much: chosen on
+// Metal and coin cells that mirror a lamp are warm and pale, and seldom outshine a white arena by much: chosen on
 // rendered rooms.
 constexpr double palest_warm = 0.4, surely_lit = 0.55;
 // Where an LED's light can be. Nearer to the centre it is a reflection or a part of the board, farther out a
@@ -138,7 +138,7 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
     return pixels.at(middle_x + far * towards.x[direction], middle_y + far * towards.y[direction]);
   };
   Rings seen;
-  std::array<int, directions> table{};
+  std::array<int, directions> arena{};
   for (std::size_t d = 0; d < rings; ++d) {
     const float far = static_cast<float>(nearest + ring_step * static_cast<double>(d)) * r;
     for (std::size_t a = 0; a < directions; ++a) {
@@ -148,7 +148,7 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
     }
     seen.usual[d] = median(seen.value[d]);
   }
-  for (std::size_t a = 0; a < directions; ++a) table[a] = brightest_channel(at(1.2F * r, a));
+  for (std::size_t a = 0; a < directions; ++a) arena[a] = brightest_channel(at(1.2F * r, a));
 
   // The spot: 3 x 3 samples that stand out most from the rest of their rings; and the best elsewhere on the robot.
   std::array<std::array<int, directions>, rings - 2> stands_out;
@@ -176,15 +176,15 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
   double x = board.x_px + far * static_cast<double>(towards.x[spot_direction]);
   double y = board.y_px + far * static_cast<double>(towards.y[spot_direction]);
 
-  // How bright a white thing is here, above haze: the table, or on a dark table what the coin cell lets guess.
+  // How bright a white thing is here, above haze: the arena, or on a dark arena what the coin cell lets guess.
   std::array<int, directions> coin{};
   for (std::size_t a = 0; a < directions; ++a) coin[a] = brightest_channel(at(0.35F * r, a));
   const Light dark = dark_board(seen);
-  const double table_value = median(table), coin_value = median(coin);
+  const double arena_value = median(arena), coin_value = median(coin);
   const double haze = std::max(0.0, std::max({dark.blue, dark.green, dark.red}) -
-                                        std::max(darkest, darkest_part * std::max(table_value, coin_value))) /
+                                        std::max(darkest, darkest_part * std::max(arena_value, coin_value))) /
                       (1 - darkest_part);
-  const double white = std::max({table_value - haze, std::min(1.6 * (coin_value - haze), most_white), 20.0});
+  const double white = std::max({arena_value - haze, std::min(1.6 * (coin_value - haze), most_white), 20.0});
 
   // Core and halo, pixel by pixel.
   const auto dark_blue = static_cast<float>(dark.blue), dark_green = static_cast<float>(dark.green),
@@ -229,7 +229,7 @@ LedSpot find_led(const cv::Mat& bgr, const Circle& board, const Light& gains) {
     }
   }
   const Light added{static_cast<double>(added_blue), static_cast<double>(added_green), static_cast<double>(added_red)};
-  // A lit spot outshines the table, if it is coloured only as far as most_white, and all other spots on the robot;
+  // A lit spot outshines the arena, if it is coloured only as far as most_white, and all other spots on the robot;
   // glints on unlit robots do neither much, and have the warm or grey colour of metal. The weights separate lit from
   // unlit robots of real pictures, changed in light, noise, blur and size.
   const LedColour colour = led_colour(added);

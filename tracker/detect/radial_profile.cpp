@@ -48,7 +48,7 @@ class Greys {
 
 }  // namespace
 
-RadialProfile radial_profile(const ShrunkPicture& patch, float x, float y, float r) {
+RadialProfile radial_profile(const DownsampledImage& patch, float x, float y, float r) {
   static const Directions towards;
   RadialProfile profile;
   const float max_x = static_cast<float>(patch.width) - 1.001F, max_y = static_cast<float>(patch.height) - 1.001F;

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "tracker/detect/shrunk_picture.hpp"
+#include "tracker/detect/downsampled_image.hpp"
 
 namespace arkmesh::tracker {
 
@@ -20,6 +20,6 @@ struct RadialProfile {
 };
 
 // Of the circle round (x, y), all in pixels of the patch. Zeros where nothing of it lies in the patch.
-RadialProfile radial_profile(const ShrunkPicture& patch, float x, float y, float r);
+RadialProfile radial_profile(const DownsampledImage& patch, float x, float y, float r);
 
 }  // namespace arkmesh::tracker

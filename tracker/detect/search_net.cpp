@@ -31,7 +31,7 @@ std::vector<int> begins(int length) {
 struct SearchNet::Net {
   cv::dnn::Net net = cv::dnn::readNetFromONNX(arkmesh_search_net,
                                               static_cast<std::size_t>(arkmesh_search_net_end - arkmesh_search_net));
-  cv::Mat shrunk, blob;
+  cv::Mat small, blob;
   std::array<cv::Mat, 4> maps;  // of the whole picture: a robot here (logit), x, y off in cells, ln(radius)
 };
 
@@ -59,13 +59,13 @@ void SearchNet::find(double r_px, double min_score, std::vector<NetFind>& found)
     cv::resize(last, next, {std::max(1, last.cols / 2), std::max(1, last.rows / 2)}, 0, 0, cv::INTER_AREA);
     halves_.push_back(next);
   }
-  cv::resize(halves_[half], net_->shrunk, size, 0, 0, scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
+  cv::resize(halves_[half], net_->small, size, 0, 0, scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
   const int rows = size.height / cell_px, columns = size.width / cell_px;
   for (cv::Mat& map : net_->maps) map.create(rows, columns, CV_32F);
   for (const int top : begins(size.height))
     for (const int left : begins(size.width)) {
       const cv::Rect part = cv::Rect(left, top, part_px, part_px) & cv::Rect({}, size);
-      cv::dnn::blobFromImage(net_->shrunk(part), net_->blob, 1.0 / 255);
+      cv::dnn::blobFromImage(net_->small(part), net_->blob, 1.0 / 255);
       net_->net.setInput(net_->blob);
       cv::Mat answer = net_->net.forward();
       // Cells near an edge of the tile come from its neighbour.
@@ -88,8 +88,8 @@ void SearchNet::find(double r_px, double min_score, std::vector<NetFind>& found)
           peak = peak &&
                  (at(0, v, u) < here || (v == y && u == x) || (at(0, v, u) == here && (v > y || (v == y && u > x))));
       if (!peak) continue;
-      const auto in_picture = [&](int cell, float off, int length, int shrunk) {
-        return (cell + 0.5 + static_cast<double>(off)) * cell_px * length / shrunk - 0.5;
+      const auto in_picture = [&](int cell, float off, int length, int small) {
+        return (cell + 0.5 + static_cast<double>(off)) * cell_px * length / small - 0.5;
       };
       found.push_back(
           {{in_picture(x, at(1, y, x), whole.cols, size.width), in_picture(y, at(2, y, x), whole.rows, size.height),

@@ -44,18 +44,18 @@ double shared(double one, double other) {
 }  // namespace
 
 Light white_balance(const cv::Mat& bgr, std::span<const Circle> boards) {
-  Ratios coins, table;
+  Ratios coins, arena;
   const std::size_t every = boards.size() / max_robots + 1;
   for (std::size_t i = 0; i < boards.size(); i += every) {
     coins.look(bgr, boards[i], 0.35);
-    table.look(bgr, boards[i], 1.25);
+    arena.look(bgr, boards[i], 1.25);
   }
-  if (coins.blue.size() < 8 || table.blue.size() < 8) return {1, 1, 1};
-  const double coin_blue = median(coins.blue), coin_red = median(coins.red), table_blue = median(table.blue),
-               table_red = median(table.red);
-  const double blue = shared(coin_blue, table_blue), red = shared(coin_red, table_red);
+  if (coins.blue.size() < 8 || arena.blue.size() < 8) return {1, 1, 1};
+  const double coin_blue = median(coins.blue), coin_red = median(coins.red), arena_blue = median(arena.blue),
+               arena_red = median(arena.red);
+  const double blue = shared(coin_blue, arena_blue), red = shared(coin_red, arena_red);
   // A cast is all of a picture's: it is more than what the two differ by.
-  const double more = std::hypot(blue, red) - std::hypot(coin_blue - table_blue, coin_red - table_red) - usual;
+  const double more = std::hypot(blue, red) - std::hypot(coin_blue - arena_blue, coin_red - arena_red) - usual;
   const double trust = std::clamp(more / surely_more, 0.0, 1.0);
   // Mistrust of what would be extraordinary: no camera is that wrong.
   const auto factor = [&](double tint) { return std::exp(-trust * std::clamp(tint, -0.7, 0.7)); };

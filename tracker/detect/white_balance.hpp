@@ -1,4 +1,4 @@
-// A false white balance, as the robots of a picture and their table show it together: what is tinted alone has that
+// A false white balance, as the robots of a picture and their arena show it together: what is tinted alone has that
 // colour itself.
 #pragma once
 

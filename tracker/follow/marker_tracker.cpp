@@ -9,7 +9,7 @@
 namespace arkmesh::tracker {
 namespace {
 
-constexpr double size_tolerance = 0.25;         // of a marker's sides on the table
+constexpr double size_tolerance = 0.25;         // of a marker's sides on the arena
 constexpr double window_margin_m = 0.01;        // around where a marker should be, beside its own size
 constexpr hal::LabTime follows_for{1'000'000};  // unseen for longer: found by the search of parts
 constexpr double searched_px = 400'000;         // searched in one look, so that it is quick
@@ -145,17 +145,17 @@ std::optional<cv::Rect> MarkerTracker::window(const View& view, const Seen& seen
 }
 
 std::optional<hal::Pose> MarkerTracker::pose_of(const View& view, const Marker& marker) const {
-  std::array<Point, 4> on_table;
+  std::array<Point, 4> on_arena;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto there = view.calibration.to_arena(marker.corners_px[i], settings_.height_m);
     if (!there) return {};
-    on_table[i] = *there;
+    on_arena[i] = *there;
   }
   for (std::size_t i = 0; i < 4; ++i) {
-    const Point &a = on_table[i], &b = on_table[(i + 1) % 4];
+    const Point &a = on_arena[i], &b = on_arena[(i + 1) % 4];
     if (std::abs(std::hypot(a.x - b.x, a.y - b.y) / settings_.side_m - 1) > size_tolerance) return {};
   }
-  const auto& [a, b, c, d] = on_table;
+  const auto& [a, b, c, d] = on_arena;
   return hal::Pose{(a.x + b.x + c.x + d.x) / 4, (a.y + b.y + c.y + d.y) / 4,
                    in_half_turns(std::atan2(a.y + b.y - c.y - d.y, a.x + b.x - c.x - d.x) + settings_.turned_rad)};
 }

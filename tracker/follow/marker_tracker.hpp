@@ -19,7 +19,7 @@ namespace arkmesh::tracker {
 struct MarkerSettings {
   std::string family = "apriltag_36h11";
   double side_m = 0.05;              // of the black square
-  double height_m = 0;               // of the marker above the table
+  double height_m = 0;               // of the marker above the arena
   double turned_rad = 0;             // driving direction minus the direction of the printed top
   double top_speed_m_s = 0.2;        // of robots
   std::vector<hal::RobotId> robots;  // whose ids are the numbers of their markers, ascending

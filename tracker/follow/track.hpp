@@ -1,4 +1,4 @@
-// One robot followed through the frames of a table, whoever it is. Made by the associator; named by the identifier.
+// One robot followed through the frames of an arena, whoever it is. Made by the associator; named by the identifier.
 #pragma once
 
 #include <cstdint>

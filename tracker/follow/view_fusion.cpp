@@ -12,7 +12,7 @@ constexpr double camera_noise_m = 0.0003;
 
 }  // namespace
 
-std::vector<FusedObservation> on_table(const Calibration& camera, std::span<const Detection> detections,
+std::vector<FusedObservation> on_arena(const Calibration& camera, std::span<const Detection> detections,
                                        const Body& body, const LookNoise& noise) {
   std::vector<FusedObservation> seen;
   seen.reserve(detections.size());

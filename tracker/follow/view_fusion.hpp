@@ -14,7 +14,7 @@ namespace arkmesh::tracker {
 
 struct Body {
   double diameter_m = not_given;
-  double board_m = not_given;  // of the board's edge above the table: that is what is found in pictures
+  double board_m = not_given;  // of the board's edge above the arena: that is what is found in pictures
   double led_m = not_given;    // of the LED
 };
 
@@ -27,7 +27,7 @@ struct LookNoise {
 
 // One camera's detections on the arena plane. Leaves out what the camera cannot place and what lies mostly outside its
 // picture.
-std::vector<FusedObservation> on_table(const Calibration& camera, std::span<const Detection> detections,
+std::vector<FusedObservation> on_arena(const Calibration& camera, std::span<const Detection> detections,
                                        const Body& body, const LookNoise& noise = {});
 
 // Observations of different cameras that must be the same robot, because bodies cannot overlap, become one: places and

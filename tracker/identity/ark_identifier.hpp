@@ -30,7 +30,7 @@ class ArkIdentifier {
  public:
   explicit ArkIdentifier(ArkSettings settings);
 
-  // One picture of the table with the tracks in question; `now` never decreases. Doubtful tracks and such as were not
+  // One picture of the arena with the tracks in question; `now` never decreases. Doubtful tracks and such as were not
   // seen for longer than 0.8 s lose what was found out about them.
   void on_frame(hal::LabTime now, std::span<const Track> tracks);
   std::optional<Question> question() const;

@@ -34,7 +34,7 @@ class DigitReader {
   void forget(TrackNumber track) { votes_.erase(track); }
   void forget_all() { votes_.clear(); }
 
-  // One picture of the table; `now` is when it came, never decreasing.
+  // One picture of the arena; `now` is when it came, never decreasing.
   void on_frame(hal::LabTime now, std::span<const Track> tracks);
 
   bool asking() const { return position_ < to_ask_.size(); }

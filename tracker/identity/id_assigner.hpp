@@ -34,7 +34,7 @@ class IdAssigner {
 
   explicit IdAssigner(AssignmentSettings settings);
 
-  // One picture of the table; `now` never decreases. Robots that are not seen any more get nothing.
+  // One picture of the arena; `now` never decreases. Robots that are not seen any more get nothing.
   void on_frame(hal::LabTime now, std::span<const Track> tracks);
   std::optional<Question> question() const;
 

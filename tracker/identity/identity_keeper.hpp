@@ -37,7 +37,7 @@ class IdentityKeeper {
  public:
   explicit IdentityKeeper(IdentitySettings settings);
 
-  // One picture of the table: all tracks, those predicted but not seen too (Track::age says so). A track that is not
+  // One picture of the arena: all tracks, those predicted but not seen too (Track::age says so). A track that is not
   // there any more is gone. A `doubtful` track has no name for now; whoever sets it clears it when take_namings() names
   // the track anew, or earlier, `robot` unchanged, when the doubt turned out to be none. `now` never decreases.
   void on_frame(hal::LabTime now, std::span<const Track> tracks);

@@ -1,4 +1,4 @@
-// Where there is room on a table of robots: for a walk, for a turn. Knows places only, not who does what.
+// Where there is room on an arena of robots: for a walk, for a turn. Knows places only, not who does what.
 #pragma once
 
 #include <utility>

@@ -1,4 +1,4 @@
-// What all robots on a table should hear over and over until the next question: a type and nine bytes, as every
+// What all robots on an arena should hear over and over until the next question: a type and nine bytes, as every
 // platform's broadcast (hal::FleetCommand) carries them.
 #pragma once
 

@@ -60,8 +60,8 @@ void TrackingReferee::note(hal::LabTime now, std::string what) {
     lapses_.push_back(fmt::format("{:8.3f} s  {}", static_cast<double>(now.count()) * 1e-6, what));
 }
 
-void TrackingReferee::judge(hal::LabTime now, std::span<const Truth> truth, tracker::TableTracker& table) {
-  const std::vector<tracker::Track> tracks = table.tracks();
+void TrackingReferee::judge(hal::LabTime now, std::span<const Truth> truth, tracker::ArenaTracker& tracking) {
+  const std::vector<tracker::Track> tracks = tracking.tracks();
   if (!begun_) {
     begun_ = now;
     lost_.assign(truth.size(), false);
@@ -69,7 +69,7 @@ void TrackingReferee::judge(hal::LabTime now, std::span<const Truth> truth, trac
   if (now - *begun_ < settling) {
     for (const tracker::Track& track : tracks)
       if (const Nearest at = nearest_to(track.in_arena, truth); at.off_m < body_m && (!track.robot || track.doubtful)) {
-        table.associator().name(track.number, static_cast<hal::RobotId>(at.robot));
+        tracking.associator().name(track.number, static_cast<hal::RobotId>(at.robot));
         ++score_.namings;
       }
     return;
@@ -123,7 +123,7 @@ void TrackingReferee::judge(hal::LabTime now, std::span<const Truth> truth, trac
           }
           if (named.led == hal::Led::off && track.led == hal::Led::off && track.heading_sigma_rad < 1.05f) {
             const double off_rad = tracker::wrapped(track.in_arena.heading_rad - pose.heading_rad);
-            TrackingScore::Dark& dark = score_.dark[table.associator().touches(track.number) ? 1 : 0];
+            TrackingScore::Dark& dark = score_.dark[tracking.associator().touches(track.number) ? 1 : 0];
             ++dark.headings;
             dark.square_rad += off_rad * off_rad;
             dark.stated_square += off_rad * off_rad / (track.heading_sigma_rad * track.heading_sigma_rad);
@@ -135,7 +135,7 @@ void TrackingReferee::judge(hal::LabTime now, std::span<const Truth> truth, trac
     const hal::LabTime since = nameless_since_.contains(track.number) ? nameless_since_[track.number] : now;
     nameless_since[track.number] = since;
     if (now - since < rename_after) continue;
-    table.associator().name(track.number, static_cast<hal::RobotId>(at.robot));
+    tracking.associator().name(track.number, static_cast<hal::RobotId>(at.robot));
     nameless_since.erase(track.number);
     ++score_.namings;
   }

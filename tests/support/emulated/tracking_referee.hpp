@@ -13,7 +13,7 @@
 
 #include "emulator/emulator.hpp"
 #include "hal/types.hpp"
-#include "tracker/follow/table_tracker.hpp"
+#include "tracker/follow/arena_tracker.hpp"
 
 namespace arkmesh::tests {
 
@@ -50,7 +50,7 @@ struct TrackingScore {
 class TrackingReferee {
  public:
   // Call after each look; `truth` is that of the moment of the pictures. Names tracks.
-  void judge(hal::LabTime now, std::span<const emulator::Emulator::Truth> truth, tracker::TableTracker& table);
+  void judge(hal::LabTime now, std::span<const emulator::Emulator::Truth> truth, tracker::ArenaTracker& tracking);
 
   const TrackingScore& score() const { return score_; }
   // What went wrong, a line each, the first few hundred: robots that were lost, names that were wrong, strangers.

@@ -94,7 +94,7 @@ cv::Vec3d table_colour(const std::string& table, double x, double y, double robo
   return {168, 172, 170};
 }
 
-Scene on_table(const Scene& scene, const std::string& table) {
+Scene on_arena(const Scene& scene, const std::string& table) {
   Scene out{scene.name + " on " + table, scene.bgr.clone(), scene.robots, scene.also};
   const cv::Vec3d usual = median_colour(scene.bgr);
   const double robot_px = scene.robots.empty() ? 40 : 2 * scene.robots[0].r_px;

@@ -10,7 +10,7 @@ namespace arkmesh::tests {
 // The same table without its robots.
 Scene emptied(const Scene& scene);
 // The real robots and their shadows on a table of another colour and pattern, see table_colour.
-Scene on_table(const Scene& scene, const std::string& table);
+Scene on_arena(const Scene& scene, const std::string& table);
 
 // light, dark, grey (the boards' own), black, white, wood, parquet, felt, blue, checks, lines, print, carpet; textures
 // have the size of robots' parts, where they hurt. `random` is a number 0..1 that differs from pixel to pixel.

@@ -156,8 +156,8 @@ void tables(Rows& rows, const Scenes& real) {
                                           "felt",  "blue",  "checks", "lines", "print", "carpet"};
   rows.group("table");
   for (const std::string& table : names) {
-    rows.each(table, [=](const Scene& scene) { return on_table(scene, table); });
-    rows.each(table + ", 20 px", [=](const Scene& scene) { return with_diameter(on_table(scene, table), 20); });
+    rows.each(table, [=](const Scene& scene) { return on_arena(scene, table); });
+    rows.each(table + ", 20 px", [=](const Scene& scene) { return with_diameter(on_arena(scene, table), 20); });
   }
   rows.group("collage");
   for (const std::string& table : names)

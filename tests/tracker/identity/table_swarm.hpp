@@ -22,7 +22,7 @@
 
 namespace arkmesh::tests {
 
-struct TableSettings {
+struct ArenaTrackerSettings {
   std::string program;  // path below the sources
   int robots = 1;
   double side_m = 1;
@@ -35,7 +35,7 @@ struct TableSettings {
 
 class TableSwarm {
  public:
-  explicit TableSwarm(TableSettings settings)
+  explicit TableSwarm(ArenaTrackerSettings settings)
       : settings_(std::move(settings)),
         config_(hal::Config::from_text(
             fmt::format(
@@ -127,7 +127,7 @@ class TableSwarm {
     if (auto frame = table_->poses().latest()) pictures_.push_back(*std::move(frame));
   }
 
-  TableSettings settings_;
+  ArenaTrackerSettings settings_;
   hal::Config config_;
   hal::RandomStream chance_;
   std::unique_ptr<sim_ode::SimulatedArena> table_;

@@ -1,5 +1,5 @@
-// See round_votes.hpp.
-#include "tracker/detect/round_votes.hpp"
+// See hough_voting.hpp.
+#include "tracker/detect/hough_voting.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +43,7 @@ ARKMESH_WIDE std::uint16_t most_of(const std::uint16_t* votes, int count) {
 
 }  // namespace
 
-void RoundVotes::look_at(const ShrunkPicture& picture, double min_step) {
+void HoughVoting::look_at(const DownsampledImage& picture, double min_step) {
   width_ = picture.width;
   height_ = picture.height;
   edges_.clear();
@@ -63,7 +63,7 @@ void RoundVotes::look_at(const ShrunkPicture& picture, double min_step) {
   }
 }
 
-void RoundVotes::find(double min_r, double max_r, bool darker, double min_votes, std::vector<CircleVote>& found) {
+void HoughVoting::find(double min_r, double max_r, bool darker, double min_votes, std::vector<CircleVote>& found) {
   // The margin makes room for centres outside the picture, so that no vote needs a check.
   const int margin = static_cast<int>(std::ceil(max_r)) + 2;
   const int wide = width_ + 2 * margin, high = height_ + 2 * margin;

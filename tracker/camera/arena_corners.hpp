@@ -1,4 +1,4 @@
-// Finds the arena's corners in a picture where its table stands out, lighter or darker, from what is round it.
+// Finds the arena's corners in a picture where it stands out, lighter or darker, from what is round it.
 #pragma once
 
 #include <vector>
@@ -13,6 +13,6 @@ namespace arkmesh::tracker {
 
 // From the upper left one clockwise as the picture shows them; empty when no four-sided shape fills at least a tenth of
 // the picture.
-std::vector<Point> find_table_corners(const cv::Mat& picture);
+std::vector<Point> find_arena_corners(const cv::Mat& picture);
 
 }  // namespace arkmesh::tracker

@@ -1,5 +1,5 @@
-// See shrunk_picture.hpp.
-#include "tracker/detect/shrunk_picture.hpp"
+// See downsampled_image.hpp.
+#include "tracker/detect/downsampled_image.hpp"
 
 #include <algorithm>
 #include <array>
@@ -50,7 +50,7 @@ void sum_any_columns(const std::uint16_t* __restrict in, std::int16_t* __restric
 
 }  // namespace
 
-void ShrunkPicture::take(const cv::Mat& bgr, int from_x, int from_y, int to_x, int to_y, int block_px) {
+void DownsampledImage::take(const cv::Mat& bgr, int from_x, int from_y, int to_x, int to_y, int block_px) {
   block = std::clamp(block_px, 1, 128);  // so that a column of one block fits 16 bits
   left = std::clamp(from_x, 0, bgr.cols);
   top = std::clamp(from_y, 0, bgr.rows);

@@ -1,5 +1,5 @@
 // A part of a picture as grey levels, made smaller by averaging whole blocks of pixels: what every stage of the
-// detector looks at. Grey is the brightest channel, so that a robot's black board stands out on tables of any colour.
+// detector looks at. Grey is the brightest channel, so that a robot's black board stands out on arenas of any colour.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ class Mat;
 namespace arkmesh::tracker {
 
 // Grey pixel (x, y) is the mean of block x block pixels of the picture; its centre lies at picture_x(x), picture_y(y).
-struct ShrunkPicture {
+struct DownsampledImage {
   int width = 0, height = 0;
   int block = 1;
   int left = 0, top = 0;           // of the part, in pixels of the picture
@@ -20,8 +20,8 @@ struct ShrunkPicture {
 
   double picture_x(double x) const { return left + (x + 0.5) * block - 0.5; }
   double picture_y(double y) const { return top + (y + 0.5) * block - 0.5; }
-  double shrunk_x(double x_px) const { return (x_px - left + 0.5) / block - 0.5; }
-  double shrunk_y(double y_px) const { return (y_px - top + 0.5) / block - 0.5; }
+  double image_x(double x_px) const { return (x_px - left + 0.5) / block - 0.5; }
+  double image_y(double y_px) const { return (y_px - top + 0.5) / block - 0.5; }
   const std::int16_t* row(int y) const {
     return grey.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
   }

@@ -1,4 +1,4 @@
-#include "tracker/camera/plane_view.hpp"
+#include "tracker/camera/rectified_view.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +43,7 @@ Overlook look_over(const Calibration& camera, double board_m) {
 
 }  // namespace
 
-std::optional<PlaneView> PlaneView::of(const Calibration& camera, double board_m) {
+std::optional<RectifiedView> RectifiedView::of(const Calibration& camera, double board_m) {
   Overlook seen = look_over(camera, board_m);
   if (seen.places < 4 || seen.stretch < round_enough) return {};
   const CameraData& real = camera.data();
@@ -66,10 +66,10 @@ std::optional<PlaneView> PlaneView::of(const Calibration& camera, double board_m
       focal_px, 0, (place[0] - seen.west) * px_per_m, 0, focal_px, (seen.north - place[1]) * px_per_m, 0, 0, 1};
   data.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
   data.translation_m = {-place[0], place[1], place[2]};
-  return PlaneView(camera, Calibration(std::move(data)), board_m);
+  return RectifiedView(camera, Calibration(std::move(data)), board_m);
 }
 
-PlaneView::PlaneView(Calibration camera, Calibration straight, double board_m)
+RectifiedView::RectifiedView(Calibration camera, Calibration straight, double board_m)
     : camera_(std::move(camera)), straight_(std::move(straight)), board_m_(board_m) {
   const int width_px = straight_.data().lens.width_px, height_px = straight_.data().lens.height_px;
   // Pixels that nobody sees are taken from far outside, where the border goes on.
@@ -85,12 +85,12 @@ PlaneView::PlaneView(Calibration camera, Calibration straight, double board_m)
   cv::convertMaps(from, cv::noArray(), places_, parts_, CV_16SC2);
 }
 
-const cv::Mat& PlaneView::turn(const cv::Mat& picture) {
+const cv::Mat& RectifiedView::turn(const cv::Mat& picture) {
   cv::remap(picture, turned_, places_, parts_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
   return turned_;
 }
 
-std::vector<Detection> PlaneView::in_camera(std::span<const Detection> detections) const {
+std::vector<Detection> RectifiedView::in_camera(std::span<const Detection> detections) const {
   std::vector<Detection> out;
   for (const Detection& found : detections) {
     const auto place = straight_.to_arena({found.x_px, found.y_px}, board_m_);

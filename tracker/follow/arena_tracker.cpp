@@ -1,4 +1,4 @@
-#include "tracker/follow/table_tracker.hpp"
+#include "tracker/follow/arena_tracker.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ constexpr double widest_reach =
     2.5;  // windows are at most so many radii wide; what is farther off is found by searching
 
 // The robots' diameter in a camera's pictures over the whole arena: mean, and how far from it the extremes are.
-DetectorSettings detection_for(const Calibration& camera, const TableSettings& settings) {
+DetectorSettings detection_for(const Calibration& camera, const ArenaTrackerSettings& settings) {
   DetectorSettings detection = settings.detection;
   double least = std::numeric_limits<double>::infinity(), most = 0;
   constexpr int steps = 8;
@@ -37,7 +37,7 @@ DetectorSettings detection_for(const Calibration& camera, const TableSettings& s
 
 }  // namespace
 
-TableTracker::TableTracker(std::vector<Calibration> cameras, const TableSettings& settings)
+ArenaTracker::ArenaTracker(std::vector<Calibration> cameras, const ArenaTrackerSettings& settings)
     : settings_(settings), associator_(settings.following) {
   for (Calibration& camera : cameras) {
     views_.emplace_back();
@@ -45,20 +45,21 @@ TableTracker::TableTracker(std::vector<Calibration> cameras, const TableSettings
   }
 }
 
-TableTracker::TableTracker(const TableSettings& settings) : settings_(settings), associator_(settings.following) {
+ArenaTracker::ArenaTracker(const ArenaTrackerSettings& settings)
+    : settings_(settings), associator_(settings.following) {
   views_.emplace_back();
   views_.back().detector = std::make_unique<Detector>(settings.detection);
 }
 
-void TableTracker::realign(std::size_t camera, Calibration calibration) {
+void ArenaTracker::realign(std::size_t camera, Calibration calibration) {
   View& view = views_[camera];
-  view.plane = PlaneView::of(calibration, settings_.body.board_m);
+  view.plane = RectifiedView::of(calibration, settings_.body.board_m);
   view.detector =
       std::make_unique<Detector>(detection_for(view.plane ? view.plane->calibration() : calibration, settings_));
   view.calibration = std::move(calibration);
 }
 
-void TableTracker::detect(View& view, const cv::Mat& as_taken, std::span<const Prospect> prospects,
+void ArenaTracker::detect(View& view, const cv::Mat& as_taken, std::span<const Prospect> prospects,
                           bool somebody_missing) {
   view.detections.clear();
   const cv::Mat& picture = view.plane ? view.plane->turn(as_taken) : as_taken;
@@ -102,9 +103,9 @@ void TableTracker::detect(View& view, const cv::Mat& as_taken, std::span<const P
 }
 
 // A robot's centre cannot be beyond a wall by more than a radius, however wrong a calibration may be.
-std::vector<FusedObservation> TableTracker::inside_arena(const Calibration& camera,
+std::vector<FusedObservation> ArenaTracker::inside_arena(const Calibration& camera,
                                                          std::span<const Detection> detections) {
-  std::vector<FusedObservation> seen = on_table(camera, detections, settings_.body);
+  std::vector<FusedObservation> seen = on_arena(camera, detections, settings_.body);
   const double east_m = (camera.data().arena_width_m + settings_.body.diameter_m) / 2,
                north_m = (camera.data().arena_height_m + settings_.body.diameter_m) / 2;
   const std::size_t outside = std::erase_if(
@@ -113,7 +114,7 @@ std::vector<FusedObservation> TableTracker::inside_arena(const Calibration& came
   return seen;
 }
 
-const std::vector<Track>& TableTracker::look(hal::LabTime now, std::span<const cv::Mat> pictures) {
+const std::vector<Track>& ArenaTracker::look(hal::LabTime now, std::span<const cv::Mat> pictures) {
   const std::vector<Prospect> prospects = associator_.prospects(now);
   const std::vector<Track>& before = associator_.tracks();
   const bool somebody_missing =
@@ -136,7 +137,7 @@ const std::vector<Track>& TableTracker::look(hal::LabTime now, std::span<const c
   return associator_.update(now, fuse(seen, settings_.body));
 }
 
-const hal::Counters& TableTracker::counters() const {
+const hal::Counters& ArenaTracker::counters() const {
   counters_ = own_counters_;
   counters_.merge(associator_.counters());
   return counters_;

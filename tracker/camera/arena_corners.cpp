@@ -1,4 +1,4 @@
-#include "tracker/camera/table_corners.hpp"
+#include "tracker/camera/arena_corners.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,13 +31,13 @@ std::vector<cv::Point> largest_quadrilateral(const cv::Mat& mask) {
   return best;
 }
 
-// A table brighter or darker than everything around it.
+// An arena brighter or darker than everything around it.
 std::vector<cv::Point> by_brightness(const cv::Mat& grey) {
   std::vector<cv::Point> best;
   cv::Mat mask;
   for (const int kind : {cv::THRESH_BINARY, cv::THRESH_BINARY_INV}) {
     cv::threshold(grey, mask, 0, 255, kind | cv::THRESH_OTSU);
-    // Robots and cables on the table leave no holes in its outline.
+    // Robots and cables on the arena leave no holes in its outline.
     cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(9, 9)));
     const auto found = largest_quadrilateral(mask);
     if (!found.empty() && (best.empty() || cv::contourArea(found) > cv::contourArea(best))) best = found;
@@ -54,7 +54,7 @@ double median(const cv::Mat& part, int channel) {
   return *middle;
 }
 
-// How far each pixel's colour is from the table's, which is that of the picture's middle and in each channel a plane:
+// How far each pixel's colour is from the arena's, which is that of the picture's middle and in each channel a plane:
 // light falls unevenly. Medians of cells do not see the robots that stand there.
 cv::Mat distance_from_table(const cv::Mat& lab) {
   constexpr int cells = 8;
@@ -72,16 +72,16 @@ cv::Mat distance_from_table(const cv::Mat& lab) {
     for (int x = 0; x < lab.cols; ++x) {
       double square = 0;
       for (int channel = 0; channel < 3; ++channel) {
-        const double table =
+        const double arena =
             planes.at<double>(0, channel) + planes.at<double>(1, channel) * x + planes.at<double>(2, channel) * y;
-        square += std::pow(lab.at<cv::Vec3b>(y, x)[channel] - std::clamp(table, 0.0, 255.0), 2);
+        square += std::pow(lab.at<cv::Vec3b>(y, x)[channel] - std::clamp(arena, 0.0, 255.0), 2);
       }
       distance.at<float>(y, x) = static_cast<float>(std::sqrt(square));
     }
   return distance;
 }
 
-// Each corner of one within a hundredth of the table's side of a corner of the other.
+// Each corner of one within a hundredth of the arena's side of a corner of the other.
 bool are_near(const std::vector<cv::Point>& a, const std::vector<cv::Point>& b) {
   if (a.empty() || b.empty()) return false;
   const double near = 0.01 * std::sqrt(cv::contourArea(a));
@@ -90,7 +90,7 @@ bool are_near(const std::vector<cv::Point>& a, const std::vector<cv::Point>& b) 
   });
 }
 
-// What has the table's colour up to one tolerance after the other: the first outline that the next tolerance hardly
+// What has the arena's colour up to one tolerance after the other: the first outline that the next tolerance hardly
 // changes.
 std::vector<cv::Point> by_colour(const cv::Mat& bgr) {
   if (bgr.cols < 64 || bgr.rows < 64) return {};
@@ -112,7 +112,7 @@ std::vector<cv::Point> by_colour(const cv::Mat& bgr) {
 
 }  // namespace
 
-std::vector<Point> find_table_corners(const cv::Mat& picture) {
+std::vector<Point> find_arena_corners(const cv::Mat& picture) {
   cv::Mat grey = picture;
   if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   cv::GaussianBlur(grey, grey, cv::Size(5, 5), 0);

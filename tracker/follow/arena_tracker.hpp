@@ -10,7 +10,7 @@
 
 #include "hal/counters.hpp"
 #include "tracker/camera/calibration.hpp"
-#include "tracker/camera/plane_view.hpp"
+#include "tracker/camera/rectified_view.hpp"
 #include "tracker/detect/detector.hpp"
 #include "tracker/follow/associator.hpp"
 #include "tracker/follow/track.hpp"
@@ -18,7 +18,7 @@
 
 namespace arkmesh::tracker {
 
-struct TableSettings {
+struct ArenaTrackerSettings {
   Body body;
   AssociatorSettings following;
   DetectorSettings detection;       // the diameter and its tolerance follow from the calibrations where there are any
@@ -28,12 +28,12 @@ struct TableSettings {
 
 // Counters: those of Associator, camera.refused.size (pictures of another size than the calibration's), seen.outside
 // (what looked like a robot and lies outside the arena).
-class TableTracker {
+class ArenaTracker {
  public:
-  TableTracker(std::vector<Calibration> cameras, const TableSettings& settings);
+  ArenaTracker(std::vector<Calibration> cameras, const ArenaTrackerSettings& settings);
   // One camera of which nothing is known: places are measured in robots' bodies, from the middle of the picture, as
   // seen from above.
-  explicit TableTracker(const TableSettings& settings);
+  explicit ArenaTracker(const ArenaTrackerSettings& settings);
 
   // pictures[i] is what camera i sees now; an empty one: nothing new. At least one is not empty. `now` never decreases.
   // Returns the tracks to be reported, ascending by number.
@@ -55,7 +55,7 @@ class TableTracker {
  private:
   struct View {
     std::optional<Calibration> calibration;
-    std::optional<PlaneView> plane;  // of a camera that looks aslant: there robots are looked for
+    std::optional<RectifiedView> plane;  // of a camera that looks aslant: there robots are looked for
     std::unique_ptr<Detector> detector;
     int since_search = 1'000'000;
     std::vector<Detection> detections;
@@ -64,7 +64,7 @@ class TableTracker {
   std::vector<FusedObservation> inside_arena(const Calibration& camera, std::span<const Detection> detections);
   void detect(View& view, const cv::Mat& as_taken, std::span<const Prospect> prospects, bool somebody_missing);
 
-  TableSettings settings_;
+  ArenaTrackerSettings settings_;
   std::vector<View> views_;
   Associator associator_;
   hal::Counters own_counters_;

@@ -13,10 +13,10 @@
 
 namespace arkmesh::tracker {
 
-class PlaneView {
+class RectifiedView {
  public:
   // Nothing for a camera in whose pictures robots, their boards at that height, are nearly round all over the arena.
-  static std::optional<PlaneView> of(const Calibration& camera, double board_m);
+  static std::optional<RectifiedView> of(const Calibration& camera, double board_m);
 
   // What the camera would see; valid until the next call. Places that it does not see show the nearest that it does.
   const cv::Mat& turn(const cv::Mat& picture);
@@ -25,7 +25,7 @@ class PlaneView {
   std::vector<Detection> in_camera(std::span<const Detection> detections) const;
 
  private:
-  PlaneView(Calibration camera, Calibration straight, double board_m);
+  RectifiedView(Calibration camera, Calibration straight, double board_m);
 
   Calibration camera_, straight_;
   double board_m_;
