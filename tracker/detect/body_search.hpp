@@ -45,8 +45,8 @@ class BodySearch {
  private:
   // First on the downsampled image, where most of what is no robot shows itself; then on the picture itself.
   std::optional<CircleFit> closely(const cv::Mat& bgr, const Circle& guess, bool darker);
-  // Candidates of radii [least, most] px in the downsampled image, each looked at closely, until `patience` of them in
-  // a row are nothing.
+  // Candidates of radii [min_r_px, max_r_px], each looked at closely, until `patience` of them in a row are nothing, or
+  // too many of all.
   void look(const cv::Mat& bgr, double min_r_px, double max_r_px, double min_votes, std::size_t patience,
             std::vector<Candidate>& candidates);
   // The whole picture, downsampled, unless it is so already.
