@@ -178,7 +178,7 @@ void whole_way(benchmark::State& state, bench::Robots robots) {
 
 // 1000 robots under four cameras: from four decoded pictures to poses, and reading the four pictures' JPEG, by turns.
 // The time is that of the tracking, of one processor, for a set of four; at 10 sets/s two cores have 200 ms for each.
-void whole_table(benchmark::State& state, int sets_before) {
+void whole_arena(benchmark::State& state, int sets_before) {
   cv::setNumThreads(1);
   bench::ArenaFilm film(hal::Config::from_file(ARKMESH_SOURCE_DIR "/experiments/emulator/thousand.toml"),
                         bench::Robots::drawn);
@@ -294,7 +294,7 @@ BENCHMARK_CAPTURE(whole_way, drawn, bench::Robots::drawn)
     ->UseManualTime()
     ->Iterations(100)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(whole_table, long, 30)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(whole_arena, long, 30)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(markers)->UseManualTime()->Iterations(100)->Unit(benchmark::kMillisecond);
 BENCHMARK(read_jpeg)->Arg(100)->Arg(250)->Unit(benchmark::kMillisecond);
 

@@ -58,7 +58,7 @@ def testbed_markers(bench):
 
 def testbed_thousand(bench):
     """1000 walking robots under four cameras of 2048 x 1536 at 10 sets of pictures a second: processor time of a set, of two cores' 200 ms."""
-    (row,) = tracker_rows(bench, ["whole_table/long/"]).values()
+    (row,) = tracker_rows(bench, ["whole_arena/long/"]).values()
     print(f"  to poses {row['real_time']:.1f} ms a set (longest {row['longest_ms']:.1f} ms), reading four JPEGs {row['read_jpegs_ms']:.1f} ms, "
           f"{row['free_percent']:.0f} % of two cores are left; {row['wrong_ids']:.0f} wrong ids, {row['twice']:.0f} robots seen twice, "
           f"{row['strangers']:.0f} strangers, centre {row['centre_rms_mm']:.2f} mm RMS")

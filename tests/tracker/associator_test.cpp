@@ -272,7 +272,7 @@ TEST_CASE("a robot out of sight fades, is no longer reported, and comes back in 
 }
 
 TEST_CASE("a robot put elsewhere is a new track without a name") {
-  // Proves that a jump across the table never carries an id along.
+  // Proves that a jump across the arena never carries an id along.
   Associator associator(testbed::kilobot_following());
   for (int i = 0; i < 10; ++i) associator.update(at_s(0.1 * i), std::vector{robot_at(0, 0)});
   REQUIRE(associator.name(0, 42));

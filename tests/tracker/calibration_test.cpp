@@ -22,7 +22,7 @@ using namespace arkmesh::tracker;
 
 namespace {
 
-// A camera 1.4 m above the table, off its middle and a little tilted.
+// A camera 1.4 m above the arena, off its middle and a little tilted.
 CameraData tilted(LensModel model, std::vector<double> distortion) {
   CameraData data;
   data.lens = {model, 1920, 1080, {1300, 0, 970, 0, 1310, 530, 0, 0, 1}, std::move(distortion)};
@@ -60,7 +60,7 @@ bool contains(const std::string& text, const std::string& part) {
 }  // namespace
 
 TEST_CASE("every lens maps as OpenCV's does") {
-  // Proves that points of the table land on the pixels that calib3d gives, for each number of coefficients.
+  // Proves that points of the arena land on the pixels that calib3d gives, for each number of coefficients.
   for (const auto& [model, distortion] : lenses) {
     const CameraData data = tilted(model, distortion);
     const Calibration calibration(data);
@@ -130,7 +130,7 @@ TEST_CASE("pictures of which nothing is known are seen from straight above") {
 TEST_CASE("where a camera cannot look there is nothing") {
   // Proves that points behind the camera, sights above the horizon and radii where the lens folds over are no places.
   CameraData level = tilted(LensModel::pinhole, {});
-  level.rotation = {1, 0, 0, 0, 0, -1, 0, 1, 0};  // looks north along the table
+  level.rotation = {1, 0, 0, 0, 0, -1, 0, 1, 0};  // looks north along the arena
   level.translation_m = {0, 0.5, 0};              // from 0.5 m above the origin
   const Calibration calibration(level);
   CHECK_FALSE(calibration.to_pixel({0, -1}, 0).has_value());
@@ -163,7 +163,7 @@ TEST_CASE("impossible cameras are refused") {
 TEST_CASE("a file keeps calibrations, and others are refused by name") {
   // Proves that what is written is read again, and that each wrong file is one sentence with the file's name.
   const arkmesh::tests::TemporaryDirectory folder;
-  const auto file = folder.path() / "table.yaml";
+  const auto file = folder.path() / "arena.yaml";
   std::vector<NamedCamera> cameras;
   for (const auto& [model, distortion] : lenses) {
     cameras.push_back({"camera" + std::to_string(cameras.size()), tilted(model, distortion)});
@@ -298,7 +298,7 @@ TEST_CASE("pictures of a chessboard from which no focal length follows are refus
 }
 
 TEST_CASE("a calibration of ARK is taken over") {
-  // Proves that each camera maps the table as ARK's own path does: plane of K and R, overview, corners.
+  // Proves that each camera maps the arena as ARK's own path does: plane of K and R, overview, corners.
   const arkmesh::tests::TemporaryDirectory folder;
   const auto file = folder.path() / "ark.yaml";
   std::vector<cv::Mat> ks, rs;
@@ -341,7 +341,7 @@ TEST_CASE("a calibration of ARK is taken over") {
       CHECK(mine->x == doctest::Approx(pixel[0] / pixel[2]).epsilon(1e-3));
       CHECK(mine->y == doctest::Approx(pixel[1] / pixel[2]).epsilon(1e-3));
     }
-    // Robots are higher than the table: they seem farther from the middle of the picture.
+    // Robots are higher than the arena: they seem farther from the middle of the picture.
     const auto low = camera.to_arena({1900, 1400}, 0), high = camera.to_arena({1900, 1400}, 0.03);
     const auto middle = camera.to_arena({1023.5, 767.5}, 0);
     REQUIRE(low.has_value());
@@ -402,25 +402,25 @@ TEST_CASE("a camera's place follows from the arena's corners") {
   CHECK(contains(refusal([&] { place_camera(truth.lens, {{1, 1}}, 1, 1); }), "four"));
 }
 
-TEST_CASE("a table that stands out shows its corners") {
-  // Proves that a turned, pale table with robots on it is found to a pixel, the order of the corners, and that a plain
+TEST_CASE("an arena that stands out shows its corners") {
+  // Proves that a turned, pale arena with robots on it is found to a pixel, the order of the corners, and that a plain
   // floor has none.
   cv::Mat picture(600, 800, CV_8UC3, cv::Scalar(60, 70, 65));
-  const std::vector<cv::Point> table = {{150, 80}, {660, 120}, {620, 520}, {110, 470}};
-  cv::fillConvexPoly(picture, table, cv::Scalar(215, 220, 210), cv::LINE_AA);
+  const std::vector<cv::Point> arena = {{150, 80}, {660, 120}, {620, 520}, {110, 470}};
+  cv::fillConvexPoly(picture, arena, cv::Scalar(215, 220, 210), cv::LINE_AA);
   for (int i = 0; i < 8; ++i)
     cv::circle(picture, {200 + 50 * i, 200 + 30 * i}, 12, cv::Scalar(40, 30, 30), cv::FILLED, cv::LINE_AA);
   const std::vector<Point> found = find_arena_corners(picture);
   REQUIRE(found.size() == 4);
-  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
+  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - arena[i].x, found[i].y - arena[i].y) < 2.5);
   CHECK(find_arena_corners(cv::Mat(600, 800, CV_8UC3, cv::Scalar(60, 70, 65))).empty());
 }
 
-TEST_CASE("a pale table under a lamp that blows out one corner and leaves another dim shows its corners") {
-  // Proves it where no level of brightness parts the table from what is round it, and light is no plane up to white.
+TEST_CASE("a pale arena under a lamp that blows out one corner and leaves another dim shows its corners") {
+  // Proves it where no level of brightness parts the arena from what is round it, and light is no plane up to white.
   cv::Mat picture(720, 960, CV_8UC3, cv::Scalar(105, 125, 140));
-  const std::vector<cv::Point> table = {{176, 35}, {805, 56}, {783, 685}, {155, 663}};
-  cv::fillConvexPoly(picture, table, cv::Scalar(215, 216, 214), cv::LINE_AA);
+  const std::vector<cv::Point> arena = {{176, 35}, {805, 56}, {783, 685}, {155, 663}};
+  cv::fillConvexPoly(picture, arena, cv::Scalar(215, 216, 214), cv::LINE_AA);
   for (int y = 0; y < picture.rows; ++y)
     for (int x = 0; x < picture.cols; ++x) {
       const double light = 1.4 - 0.00045 * x - 0.0005 * y;
@@ -429,27 +429,27 @@ TEST_CASE("a pale table under a lamp that blows out one corner and leaves anothe
     }
   const std::vector<Point> found = find_arena_corners(picture);
   REQUIRE(found.size() == 4);
-  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 1);
+  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - arena[i].x, found[i].y - arena[i].y) < 1);
 }
 
-TEST_CASE("what the picture's border cuts is no table") {
-  // Proves that a table is found whose surroundings are darker on two sides of it, and that these have no corners.
+TEST_CASE("what the picture's border cuts is no arena") {
+  // Proves that an arena is found whose surroundings are darker on two sides of it, and that these have no corners.
   cv::Mat picture(720, 960, CV_8UC3, cv::Scalar(190, 200, 205));
   const std::vector<cv::Point> dark = {{0, 0}, {700, 0}, {700, 719}, {0, 719}};
   cv::fillConvexPoly(picture, dark, cv::Scalar(40, 60, 75));
   CHECK(find_arena_corners(picture).empty());
-  const std::vector<cv::Point> table = {{142, 31}, {688, 31}, {688, 579}, {142, 579}};
-  cv::fillConvexPoly(picture, table, cv::Scalar(150, 152, 148));
+  const std::vector<cv::Point> arena = {{142, 31}, {688, 31}, {688, 579}, {142, 579}};
+  cv::fillConvexPoly(picture, arena, cv::Scalar(150, 152, 148));
   const std::vector<Point> found = find_arena_corners(picture);
   REQUIRE(found.size() == 4);
-  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
+  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - arena[i].x, found[i].y - arena[i].y) < 2.5);
 }
 
-TEST_CASE("a table as bright as what is around it shows its corners by its colour") {
+TEST_CASE("an arena as bright as what is around it shows its corners by its colour") {
   // Proves it with robots, a sheet of paper beside it, and light that falls from one side.
   cv::Mat picture(720, 960, CV_8UC3, cv::Scalar(105, 150, 190));
-  const std::vector<cv::Point> table = {{150, 60}, {800, 90}, {790, 680}, {130, 650}};
-  cv::fillConvexPoly(picture, table, cv::Scalar(158, 160, 156), cv::LINE_AA);
+  const std::vector<cv::Point> arena = {{150, 60}, {800, 90}, {790, 680}, {130, 650}};
+  cv::fillConvexPoly(picture, arena, cv::Scalar(158, 160, 156), cv::LINE_AA);
   cv::rectangle(picture, cv::Rect(0, 250, 110, 160), cv::Scalar::all(250), cv::FILLED);
   for (int i = 0; i < 9; ++i)
     cv::circle(picture, cv::Point(250 + 200 * (i % 3), 180 + 180 * (i / 3)), 26, cv::Scalar::all(40), cv::FILLED,
@@ -458,11 +458,11 @@ TEST_CASE("a table as bright as what is around it shows its corners by its colou
     for (int x = 0; x < picture.cols; ++x) picture.at<cv::Vec3b>(y, x) *= 0.9 + 0.15 * x / picture.cols;
   const std::vector<Point> found = find_arena_corners(picture);
   REQUIRE(found.size() == 4);
-  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - table[i].x, found[i].y - table[i].y) < 2.5);
+  for (int i = 0; i < 4; ++i) CHECK(std::hypot(found[i].x - arena[i].x, found[i].y - arena[i].y) < 2.5);
 }
 
 TEST_CASE("a camera that sees no corner of the arena gets its place from marks") {
-  // Proves that points anywhere on the table do instead of corners, that more of them average clicks that are a little
+  // Proves that points anywhere on the arena do instead of corners, that more of them average clicks that are a little
   // off, and what is refused.
   const CameraData truth = tilted(LensModel::pinhole, {-0.25, 0.06, 0.001, -0.002});
   const Calibration camera(truth);

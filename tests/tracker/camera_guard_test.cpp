@@ -1,4 +1,4 @@
-// Whether a camera still hangs where it did, told from marks on the table.
+// Whether a camera still hangs where it did, told from marks on the arena.
 #include "tracker/camera/camera_guard.hpp"
 
 #include <doctest/doctest.h>
@@ -14,9 +14,9 @@ using Verdict = CameraGuard::Verdict;
 
 namespace {
 
-// A table with specks and a border, 1 mm a pixel, as seen when the camera has gone by (x, y) pixels and turned; another
-// noise each time.
-cv::Mat table(double x_px = 0, double y_px = 0, double turn_deg = 0, double light = 1, std::uint64_t noise = 1) {
+// An arena with specks and a border, 1 mm a pixel, as seen when the camera has gone by (x, y) pixels and turned;
+// another noise each time.
+cv::Mat arena(double x_px = 0, double y_px = 0, double turn_deg = 0, double light = 1, std::uint64_t noise = 1) {
   cv::Mat out(480, 640, CV_8UC3, cv::Scalar(150, 150, 150));
   cv::rectangle(out, {40, 30}, {600, 450}, cv::Scalar(90, 95, 100), 6);
   hal::RandomStream chance(5, "specks");
@@ -48,28 +48,28 @@ TEST_CASE("camera guard: what leaves a camera in place") {
   const Calibration calibration = above();
   CameraGuard guard;
   CHECK_FALSE(guard.has_learnt());
-  guard.learn(find_landmarks(table(), {}, calibration), calibration);
+  guard.learn(find_landmarks(arena(), {}, calibration), calibration);
   REQUIRE(guard.marks() > 25);
   std::uint64_t noise = 2;
   for (const double light : {1.0, 0.5, 0.8, 1.3})
-    CHECK(guard.look(table(0, 0, 0, light, ++noise), calibration) == Verdict::in_place);
+    CHECK(guard.look(arena(0, 0, 0, light, ++noise), calibration) == Verdict::in_place);
   hal::RandomStream chance(6, "robots");
   for (int k = 0; k < 20; ++k) {
-    cv::Mat busy = table(0, 0, 0, 1, ++noise);
+    cv::Mat busy = arena(0, 0, 0, 1, ++noise);
     for (int i = 0; i < 60; ++i) {
       const cv::Point at(static_cast<int>(chance.uniform(0, 640)), static_cast<int>(chance.uniform(0, 480)));
       cv::circle(busy, at, 16, cv::Scalar(40, 45, 40), cv::FILLED, cv::LINE_AA);
     }
     CHECK(guard.look(busy, calibration) == Verdict::in_place);
   }
-  cv::Mat hand = table(0, 0, 0, 1, ++noise);
+  cv::Mat hand = arena(0, 0, 0, 1, ++noise);
   hand(cv::Rect(200, 0, 213, 480)).setTo(cv::Scalar(120, 150, 200));
   CHECK(guard.look(hand, calibration) == Verdict::in_place);
   CHECK(guard.off_px() < 0.3);
 }
 
 TEST_CASE("camera guard: a camera that moved") {
-  // It is noticed from 2 mm on, and the calibration that follows brings places of the table to where they are now,
+  // It is noticed from 2 mm on, and the calibration that follows brings places of the arena to where they are now,
   // within half a pixel.
   struct Row {
     double x_px, y_px, turn_deg;
@@ -79,15 +79,15 @@ TEST_CASE("camera guard: a camera that moved") {
     CAPTURE(row.turn_deg);
     const Calibration calibration = above();
     CameraGuard guard;
-    guard.learn(find_landmarks(table(), {}, calibration), calibration);
+    guard.learn(find_landmarks(arena(), {}, calibration), calibration);
     std::optional<Calibration> now;
     std::uint64_t noise = 2;
     for (int k = 0; k < 25 && !now; ++k) {
-      CHECK(guard.look(table(row.x_px, row.y_px, row.turn_deg, 1, ++noise), calibration) != Verdict::in_place);
+      CHECK(guard.look(arena(row.x_px, row.y_px, row.turn_deg, 1, ++noise), calibration) != Verdict::in_place);
       now = guard.realigned();
     }
     REQUIRE(now);
-    CHECK(guard.look(table(row.x_px, row.y_px, row.turn_deg, 1, ++noise), *now) == Verdict::in_place);
+    CHECK(guard.look(arena(row.x_px, row.y_px, row.turn_deg, 1, ++noise), *now) == Verdict::in_place);
     cv::Mat warp = cv::getRotationMatrix2D({319.5F, 239.5F}, row.turn_deg, 1);
     warp.at<double>(0, 2) += row.x_px, warp.at<double>(1, 2) += row.y_px;
     for (const cv::Point2d& place : {cv::Point2d(100, 100), cv::Point2d(500, 90), cv::Point2d(320, 240),
@@ -104,24 +104,24 @@ TEST_CASE("camera guard: a camera that moved") {
 }
 
 TEST_CASE("camera guard: what it cannot know") {
-  // Darkness and another table are no move, and nothing follows them; on a table without marks everything is in place.
+  // Darkness and another arena are no move, and nothing follows them; on an arena without marks everything is in place.
   const Calibration calibration = above();
   CameraGuard guard;
-  guard.learn(find_landmarks(table(), {}, calibration), calibration);
-  cv::Mat other = table(0, 0, 0, 1, 3);
+  guard.learn(find_landmarks(arena(), {}, calibration), calibration);
+  cv::Mat other = arena(0, 0, 0, 1, 3);
   cv::flip(other, other, -1);
   for (int k = 0; k < 40; ++k) {
-    CHECK(guard.look(table(0, 0, 0, 0, static_cast<std::uint64_t>(k)), calibration) == Verdict::unrecognised);
+    CHECK(guard.look(arena(0, 0, 0, 0, static_cast<std::uint64_t>(k)), calibration) == Verdict::unrecognised);
     CHECK_FALSE(guard.realigned());
   }
   for (int k = 0; k < 40; ++k) {
     CHECK(guard.look(other, calibration) == Verdict::unrecognised);
     CHECK_FALSE(guard.realigned());
   }
-  CHECK(guard.look(table(), calibration) == Verdict::in_place);
+  CHECK(guard.look(arena(), calibration) == Verdict::in_place);
 
   CameraGuard blank;
   blank.learn(find_landmarks(cv::Mat(480, 640, CV_8UC3, cv::Scalar(150, 150, 150)), {}, calibration), calibration);
   CHECK(blank.marks() == 0);
-  CHECK(blank.look(table(5, 5), calibration) == Verdict::in_place);
+  CHECK(blank.look(arena(5, 5), calibration) == Verdict::in_place);
 }

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tests/support/pictures/other_tables.hpp"
+#include "tests/support/pictures/other_arenas.hpp"
 #include "tests/support/pictures/photo_effects.hpp"
 #include "tests/support/pictures/picture_series.hpp"
 #include "tests/support/processes/thorough.hpp"
@@ -22,7 +22,7 @@ struct Row {
 
 TEST_CASE("hard pictures") {
   // Proves: what docs/tracking.md says of pictures of few robots, among things that are none, in false colours and on
-  // other tables.
+  // other arenas.
   const std::vector<Scene> real = real_scenes();
   const std::vector<PictureSeries> series = picture_series(real);
   std::size_t number = 0;
@@ -41,12 +41,12 @@ TEST_CASE("hard pictures") {
                          Row{"no robot: only cables", 0, 1, 1},
                          Row{"white balance: warm", 0, 0.99, 0.94},
                          Row{"white balance: very cool", 0, 0.99, 0.91},
-                         Row{"table: grey, 20 px", 0, 0.95, 0.9},
-                         Row{"table: white, 20 px", 0, 0.97, 0.9},
+                         Row{"arena: grey, 20 px", 0, 0.95, 0.9},
+                         Row{"arena: white, 20 px", 0, 0.97, 0.9},
                          Row{"no robot: only pads", 0, 1, 1},
                          Row{"clutter: with pads, 1 robot", 0, 0.96, 0.9},
                          Row{"clutter: with words", 0, 0.99, 0.95},
-                         Row{"table: print", 1, 0.87, 0.9},
+                         Row{"arena: print", 1, 0.87, 0.9},
                          Row{"no robot: only black discs", 1, 1, 1},
                          Row{"no robot: only caps", 1, 1, 1},
                          Row{"clutter: with caps", 2, 0.98, 0.9},

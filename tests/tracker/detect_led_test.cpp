@@ -6,7 +6,7 @@
 #include <functional>
 #include <opencv2/imgproc.hpp>
 
-#include "tests/support/pictures/other_tables.hpp"
+#include "tests/support/pictures/other_arenas.hpp"
 #include "tests/support/pictures/photo_effects.hpp"
 #include "tracker/detect/detector.hpp"
 #include "tracker/detect/led_colour.hpp"
@@ -197,8 +197,8 @@ TEST_CASE("find_led, a saturated middle") {
   CHECK(tracker::find_led(bgr, {60, 60, 40}).led == Led::green);
 }
 
-TEST_CASE("find_led, casts, haze and white tables") {
-  // Proves: what light and table do to a whole picture is taken out: of lit LEDs that are called anything, nearly all
+TEST_CASE("find_led, casts, haze and white arenas") {
+  // Proves: what light and arena do to a whole picture is taken out: of lit LEDs that are called anything, nearly all
   // have the right colour, and hardly an unlit one is lit.
   struct Case {
     const char* name;
@@ -213,7 +213,7 @@ TEST_CASE("find_led, casts, haze and white tables") {
                           {"greenish", 0.9, pixels([](cv::Mat& m) { cast(m, 0.8, 1.15, 0.85); })},
                           {"pink", 0.9, pixels([](cv::Mat& m) { cast(m, 1.1, 0.8, 1.15); })},
                           {"hazy", 0.9, pixels([](cv::Mat& m) { m.convertTo(m, -1, 0.25, 90); })},
-                          {"white table", 0.95, [](const Scene& scene) { return on_arena(scene, "white"); }}}) {
+                          {"white arena", 0.95, [](const Scene& scene) { return on_arena(scene, "white"); }}}) {
     int lit = 0, told = 0, right = 0, unlit_lit = 0;
     for (const Scene& real : real_scenes()) {
       const Scene scene = one.make(real);

@@ -90,20 +90,20 @@ TEST_CASE("changed pictures") {
   }
 }
 
-TEST_CASE("other tables") {
-  // Proves: robots are found on light, black, wooden, green, chequered and speckled tables, touching, among cables,
+TEST_CASE("other arenas") {
+  // Proves: robots are found on light, black, wooden, green, chequered and speckled arenas, touching, among cables,
   // coins and paper.
   const std::vector<Scene> scenes = real_scenes();
-  for (const std::string table : {"light", "black", "wood", "felt", "checks", "speckle"})
+  for (const std::string arena : {"light", "black", "wood", "felt", "checks", "speckle"})
     for (const bool crowded : {false, true}) {
-      if (!arkmesh::tests::thorough() && table != "wood") continue;
+      if (!arkmesh::tests::thorough() && arena != "wood") continue;
       std::vector<Score> all;
       for (const double diameter_px : {16.0, 36.0})
         all.push_back(score_of(collage(
-            scenes, {.diameter_px = diameter_px, .table = table, .touching = crowded, .distractors = crowded})));
+            scenes, {.diameter_px = diameter_px, .arena = arena, .touching = crowded, .distractors = crowded})));
       const Score sum = total(all);
-      print(table + (crowded ? ", crowded" : ""), sum);
-      CAPTURE(table);
+      print(arena + (crowded ? ", crowded" : ""), sum);
+      CAPTURE(arena);
       CHECK(sum.precision() >= 0.95);
       CHECK(sum.recall() >= (crowded ? 0.85 : 0.93));
     }

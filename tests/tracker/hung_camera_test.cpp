@@ -32,7 +32,7 @@ struct Looks {
   }
 };
 
-// A table on which something has gone `step` pixels.
+// An arena on which something has gone `step` pixels.
 cv::Mat scene(int step) {
   cv::Mat out(240, 320, CV_8UC3, cv::Scalar(150, 152, 149));
   cv::circle(out, {60 + step, 120}, 12, cv::Scalar(40, 45, 40), cv::FILLED, cv::LINE_AA);

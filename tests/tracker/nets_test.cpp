@@ -38,7 +38,7 @@ TEST_CASE("the search net loses no robot where tiles of a large picture meet") {
   CHECK(most->score - least->score < 0.02);
 }
 
-TEST_CASE("a close look tells robots from their coin cells and from the table, turned or mirrored") {
+TEST_CASE("a close look tells robots from their coin cells and from the arena, turned or mirrored") {
   const Scene& scene = six_robots();
   std::vector<tracker::Circle> robots, others;
   for (const TrueRobot& robot : scene.robots) {

@@ -1,4 +1,4 @@
-// Things on tables that are no robots, drawn on a picture where no robot is.
+// Things on arenas that are no robots, drawn on a picture where no robot is.
 #pragma once
 
 #include <string>

@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "tests/support/pictures/other_tables.hpp"
+#include "tests/support/pictures/other_arenas.hpp"
 #include "tests/support/pictures/photo_effects.hpp"
 
 namespace arkmesh::tests {
@@ -15,14 +15,14 @@ namespace arkmesh::tests {
 Scene collage(const std::vector<Scene>& cut_from, const Collage& options) {
   std::mt19937 random(options.seed);
   const auto unit = [&] { return std::uniform_real_distribution<double>(0, 1)(random); };
-  Scene out{"collage on " + options.table, cv::Mat(options.height_px, options.width_px, CV_8UC3), {}};
+  Scene out{"collage on " + options.arena, cv::Mat(options.height_px, options.width_px, CV_8UC3), {}};
   for (int y = 0; y < out.bgr.rows; ++y)
     for (int x = 0; x < out.bgr.cols; ++x) {
-      const cv::Vec3d colour = table_colour(options.table, x, y, options.diameter_px, unit());
+      const cv::Vec3d colour = arena_colour(options.arena, x, y, options.diameter_px, unit());
       for (int c = 0; c < 3; ++c) out.bgr.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<std::uint8_t>(colour[c]);
     }
   const double r_px = options.diameter_px / 2;
-  if (options.table == "speckle")
+  if (options.arena == "speckle")
     for (int i = 0; i < options.width_px * options.height_px / 300; ++i)
       cv::circle(out.bgr, cv::Point2d(unit() * options.width_px, unit() * options.height_px),
                  1 + static_cast<int>(unit() * r_px * 0.4), cv::Scalar::all(90 + 120 * unit()), cv::FILLED,

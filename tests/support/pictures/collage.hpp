@@ -1,4 +1,4 @@
-// Tables that nobody photographed: robots cut from real pictures, turned and put elsewhere.
+// Arenas that nobody photographed: robots cut from real pictures, turned and put elsewhere.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace arkmesh::tests {
 
-// Robots cut from the real pictures and put on another table.
+// Robots cut from the real pictures and put on another arena.
 struct Collage {
   int width_px = 1024, height_px = 768, robots = 40;
   double diameter_px = 32;
-  std::string table = "light";  // speckle, or one of table_colour
+  std::string arena = "light";  // speckle, or one of arena_colour
   bool touching = false;        // many in clusters
   bool distractors = false;     // coins, cables, paper, glints, a larger round board
   double noise = 2;             // standard deviation, grey levels

@@ -7,7 +7,7 @@
 
 #include "tests/support/pictures/clutter.hpp"
 #include "tests/support/pictures/collage.hpp"
-#include "tests/support/pictures/other_tables.hpp"
+#include "tests/support/pictures/other_arenas.hpp"
 #include "tests/support/pictures/photo_effects.hpp"
 
 namespace arkmesh::tests {
@@ -151,22 +151,22 @@ void sensors(Rows& rows) {
     });
 }
 
-void tables(Rows& rows, const Scenes& real) {
+void arenas(Rows& rows, const Scenes& real) {
   const std::vector<std::string> names = {"light", "white", "dark",   "grey",  "black", "wood",  "parquet",
                                           "felt",  "blue",  "checks", "lines", "print", "carpet"};
-  rows.group("table");
-  for (const std::string& table : names) {
-    rows.each(table, [=](const Scene& scene) { return on_arena(scene, table); });
-    rows.each(table + ", 20 px", [=](const Scene& scene) { return with_diameter(on_arena(scene, table), 20); });
+  rows.group("arena");
+  for (const std::string& arena : names) {
+    rows.each(arena, [=](const Scene& scene) { return on_arena(scene, arena); });
+    rows.each(arena + ", 20 px", [=](const Scene& scene) { return with_diameter(on_arena(scene, arena), 20); });
   }
   rows.group("collage");
-  for (const std::string& table : names)
-    rows.scenes(table + ", touching", [=, &real] {
+  for (const std::string& arena : names)
+    rows.scenes(arena + ", touching", [=, &real] {
       Scenes list;
       unsigned seed = 1;
       for (const double diameter_px : {16.0, 28.0, 44.0})
         list.push_back(collage(
-            real, {.diameter_px = diameter_px, .table = table, .touching = true, .distractors = true, .seed = ++seed}));
+            real, {.diameter_px = diameter_px, .arena = arena, .touching = true, .distractors = true, .seed = ++seed}));
       return list;
     });
 }
@@ -179,7 +179,7 @@ void clutter(Rows& rows, const Scenes& real) {
     rows.scenes("with " + kind + ", 1 robot", [=, &real] {
       Scenes list;
       for (Scene& scene : cut_outs(real, 1, 12, 9)) {
-        // as much table again on every side
+        // as much arena again on every side
         cv::Mat wide;
         const int by = static_cast<int>(8 * scene.robots[0].r_px);
         cv::copyMakeBorder(scene.bgr, wide, by, by, by, by, cv::BORDER_REPLICATE);
@@ -205,11 +205,11 @@ void clutter(Rows& rows, const Scenes& real) {
     for (const Scene& scene : emptied_all(real, 1)) list.push_back(changed(scene, [](cv::Mat& m) { compress(m, 30); }));
     return list;
   });
-  for (const std::string table : {"wood", "parquet", "felt", "checks", "lines", "print", "carpet"})
-    rows.scenes("empty " + table, [=] {
+  for (const std::string arena : {"wood", "parquet", "felt", "checks", "lines", "print", "carpet"})
+    rows.scenes("empty " + arena, [=] {
       Scenes list;
       for (const double robot_px : {16.0, 24.0, 48.0})
-        list.push_back(collage({}, {.robots = 0, .diameter_px = robot_px, .table = table}));
+        list.push_back(collage({}, {.robots = 0, .diameter_px = robot_px, .arena = arena}));
       return list;
     });
   for (const std::string& kind : clutter_kinds())
@@ -229,7 +229,7 @@ std::vector<PictureSeries> picture_series(const std::vector<Scene>& real) {
   views(rows, real);
   light(rows);
   sensors(rows);
-  tables(rows, real);
+  arenas(rows, real);
   clutter(rows, real);
   return rows.rows;
 }

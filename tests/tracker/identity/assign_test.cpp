@@ -3,12 +3,12 @@
 
 #include <set>
 
-#include "tests/tracker/identity/table_swarm.hpp"
+#include "tests/tracker/identity/arena_swarm.hpp"
 #include "tracker/identity/id_assigner.hpp"
 #include "tracker/identity/identity_keeper.hpp"
 
 using namespace arkmesh;
-using tests::TableSwarm;
+using tests::ArenaSwarm;
 using tracker::IdAssigner;
 
 namespace {
@@ -21,7 +21,7 @@ std::vector<hal::RobotId> numbers(hal::RobotId from, std::size_t n) {
   return out;
 }
 
-void run(TableSwarm& swarm, IdAssigner& assigner, double max_s) {
+void run(ArenaSwarm& swarm, IdAssigner& assigner, double max_s) {
   const double begun_s = swarm.seconds();
   while (!assigner.finished() && swarm.seconds() - begun_s < max_s) {
     const auto question = assigner.question();
@@ -31,7 +31,7 @@ void run(TableSwarm& swarm, IdAssigner& assigner, double max_s) {
 }
 
 // How many robots answer with the id that the assigner says, when somebody else asks.
-std::size_t right(TableSwarm& swarm, const IdAssigner& assigner) {
+std::size_t right(ArenaSwarm& swarm, const IdAssigner& assigner) {
   tracker::IdentityKeeper keeper({});
   for (const double begun_s = swarm.seconds(); !keeper.settled(3) && swarm.seconds() - begun_s < 60;) {
     const auto question = keeper.question();
@@ -47,7 +47,7 @@ std::size_t right(TableSwarm& swarm, const IdAssigner& assigner) {
 
 TEST_CASE("identity assignment: a hundred robots, all with the same id") {
   // Fresh from the factory, a tenth of the messages lost: each gets an id of its own, and stores it.
-  TableSwarm swarm(
+  ArenaSwarm swarm(
       {.program = program, .robots = 100, .ids = std::vector<std::uint16_t>(100, 65535), .ode = "overhead_loss = 0.1"});
   swarm.run();
   IdAssigner assigner({.ids = numbers(0, 100)});
@@ -62,7 +62,7 @@ TEST_CASE("identity assignment: a hundred robots, all with the same id") {
 
 TEST_CASE("identity assignment: ids that are in use already, ids of one's own choice") {
   // Robots with ids from 0 on get ids from a list that overlaps with theirs; when half of all messages are lost too.
-  TableSwarm swarm({.program = program, .robots = 12, .ode = "overhead_loss = 0.5"});
+  ArenaSwarm swarm({.program = program, .robots = 12, .ode = "overhead_loss = 0.5"});
   swarm.run();
   IdAssigner assigner({.ids = numbers(6, 12), .session = 9});
   run(swarm, assigner, 200);
@@ -78,7 +78,7 @@ TEST_CASE("identity assignment: ids that are in use already, ids of one's own ch
 
 TEST_CASE("identity assignment: temporary ids drawn twice are drawn anew") {
   // Enough robots that some coincide by chance; only those draw again.
-  TableSwarm swarm({.program = program, .robots = 400, .side_m = 1.6, .ode = "ir_range_m = 0.0"});
+  ArenaSwarm swarm({.program = program, .robots = 400, .side_m = 1.6, .ode = "ir_range_m = 0.0"});
   swarm.run();
   IdAssigner assigner({.ids = numbers(0, 400)});
   run(swarm, assigner, 200);
@@ -90,9 +90,9 @@ TEST_CASE("identity assignment: temporary ids drawn twice are drawn anew") {
 
 TEST_CASE("identity assignment: silent robots, and fewer ids than robots") {
   // A dead robot does not answer, and the others have theirs; when ids run out, those who got none are told of.
-  TableSwarm swarm({.program = program, .robots = 6});
+  ArenaSwarm swarm({.program = program, .robots = 6});
   swarm.run();
-  swarm.table().set_power(2, false);
+  swarm.arena().set_power(2, false);
   IdAssigner assigner({.ids = numbers(100, 3)});
   run(swarm, assigner, 200);
   CHECK(right(swarm, assigner) == 3);
@@ -107,7 +107,7 @@ TEST_CASE("identity assignment: silent robots, and fewer ids than robots") {
 }
 
 TEST_CASE("identity assignment: nobody there") {
-  // An empty table ends it, with nothing given.
+  // An empty arena ends it, with nothing given.
   IdAssigner assigner({.ids = numbers(0, 3)});
   for (int n = 0; n < 400 && !assigner.finished(); ++n) assigner.on_frame(hal::LabTime{n * 100'000}, {});
   CHECK(assigner.finished());

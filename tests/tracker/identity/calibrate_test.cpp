@@ -5,11 +5,11 @@
 #include <numbers>
 
 #include "hal/platforms/kilobot/body.hpp"
-#include "tests/tracker/identity/table_swarm.hpp"
+#include "tests/tracker/identity/arena_swarm.hpp"
 #include "tracker/identity/motor_calibrator.hpp"
 
 using namespace arkmesh;
-using tests::TableSwarm;
+using tests::ArenaSwarm;
 using tracker::MotorCalibrator;
 
 namespace {
@@ -17,7 +17,7 @@ namespace {
 constexpr const char* calibrate_motors_c = "hal/platforms/kilobot/firmware/calibrate_motors.c";
 constexpr double degree = std::numbers::pi / 180;
 
-void run(TableSwarm& swarm, MotorCalibrator& calibrator, double max_s) {
+void run(ArenaSwarm& swarm, MotorCalibrator& calibrator, double max_s) {
   while (!calibrator.finished() && swarm.seconds() < max_s) {
     const auto& tracks = swarm.next_picture(calibrator.question());
     hal::PoseFrame frame{.stamp = swarm.now};
@@ -28,7 +28,7 @@ void run(TableSwarm& swarm, MotorCalibrator& calibrator, double max_s) {
                               .age = track.age});
     std::sort(frame.robots.begin(), frame.robots.end(), [](const auto& a, const auto& b) { return a.robot < b.robot; });
     calibrator.on_frame(frame);
-    swarm.table().robots().offer(calibrator.take_messages());
+    swarm.arena().robots().offer(calibrator.take_messages());
   }
   CHECK(calibrator.finished());
 }
@@ -43,14 +43,14 @@ std::vector<hal::RobotId> numbers(std::size_t n) {
 struct Motion {
   double speed_m_s, turn_rad_s;
 };
-Motion measured(TableSwarm& swarm, std::uint16_t id, std::uint8_t kind, int left, int right, double s) {
+Motion measured(ArenaSwarm& swarm, std::uint16_t id, std::uint8_t kind, int left, int right, double s) {
   const std::size_t robot = swarm.robot_with(id);
-  REQUIRE(swarm.table().put(static_cast<int>(robot), {-0.1, 0, 0}) == "");
+  REQUIRE(swarm.arena().put(static_cast<int>(robot), {-0.1, 0, 0}) == "");
   std::vector<hal::ToRobot> messages = {
       {.robot = id, .slot = 1, .kind = 5, .value = static_cast<std::uint16_t>(right)},
       {.robot = id, .slot = 0, .kind = kind, .value = static_cast<std::uint16_t>(left)}};
   for (int i = 0; i < 8; ++i) {
-    swarm.table().robots().offer(messages);
+    swarm.arena().robots().offer(messages);
     swarm.next_picture({});
   }
   const hal::Pose begin = swarm.seen(robot).pose;
@@ -72,7 +72,7 @@ TEST_CASE("identity calibration: twelve unequal robots turn and go straight alik
   // with which it, looked at by itself, turns 32 to 47 degrees a second to both sides and goes 8.5 to 15 mm/s on a
   // course that turns less than 4 degrees a second. (The slowest path that passes as a turn, 10.5 mm/s, is 35 degrees a
   // second on an arc of 17 mm.)
-  TableSwarm swarm({.program = calibrate_motors_c,
+  ArenaSwarm swarm({.program = calibrate_motors_c,
                     .robots = 12,
                     .side_m = 1.5,
                     .ode = "overhead_loss = 0.1",
@@ -92,7 +92,7 @@ TEST_CASE("identity calibration: twelve unequal robots turn and go straight alik
     const auto number = static_cast<std::uint16_t>(id);
     // clear the middle, one at a time
     for (std::uint16_t other = 0; other < 12; ++other)
-      swarm.table().take_off(static_cast<int>(swarm.robot_with(other)));
+      swarm.arena().take_off(static_cast<int>(swarm.robot_with(other)));
     const auto& duties = robot.duties;
     const Motion left = measured(swarm, number, 1, duties.turn_left, duties.straight_right, 6);
     const Motion right = measured(swarm, number, 2, duties.turn_right, duties.straight_right, 6);
@@ -110,14 +110,14 @@ TEST_CASE("identity calibration: twelve unequal robots turn and go straight alik
 TEST_CASE("identity calibration: dead robots fail by themselves, one between them walks away first") {
   // Three dead robots say why they fail and keep nobody waiting; one wedged in between two of them goes where there is
   // room, and is calibrated as the free one is.
-  TableSwarm swarm({.program = calibrate_motors_c,
+  ArenaSwarm swarm({.program = calibrate_motors_c,
                     .robots = 5,
                     .side_m = 1.2,
                     .ids = {0, 1, 2, 3, 4},
                     .ode = "start_poses = [-0.4, 0.4, 0, 0.4, 0.4, 0, 0.034, 0, 0, 0, 0, 0, -0.034, 0, 0]"});
   swarm.run();
-  swarm.table().set_power(0, false);
-  for (int robot : {2, 4}) swarm.table().set_power(robot, false);
+  swarm.arena().set_power(0, false);
+  for (int robot : {2, 4}) swarm.arena().set_power(robot, false);
   MotorCalibrator calibrator(
       {.width_m = 1.2, .height_m = 1.2, .body_radius_m = hal::kilobot::body_radius_m, .max_per_robot_s = 300},
       numbers(5));

@@ -3,21 +3,21 @@
 
 #include <cmath>
 
-#include "tests/tracker/identity/table_swarm.hpp"
+#include "tests/tracker/identity/arena_swarm.hpp"
 #include "tracker/identity/ark_identifier.hpp"
 #include "tracker/identity/id_code.hpp"
 #include "tracker/identity/identity_keeper.hpp"
 
 using namespace arkmesh;
-using tests::TableSwarm;
+using tests::ArenaSwarm;
 using tracker::Audience;
 
 namespace {
 
-void look_for(TableSwarm& swarm, double s, const std::optional<tracker::Question>& question = {}) {
+void look_for(ArenaSwarm& swarm, double s, const std::optional<tracker::Question>& question = {}) {
   for (const double end = swarm.seconds() + s - 0.05; swarm.seconds() < end;) swarm.next_picture(question);
 }
-double moved_m(TableSwarm& swarm, std::size_t robot, double s, const std::optional<tracker::Question>& question = {}) {
+double moved_m(ArenaSwarm& swarm, std::size_t robot, double s, const std::optional<tracker::Question>& question = {}) {
   const hal::Pose before = swarm.seen(robot).pose;
   look_for(swarm, s, question);
   return std::hypot(swarm.seen(robot).pose.x_m - before.x_m, swarm.seen(robot).pose.y_m - before.y_m);
@@ -33,7 +33,7 @@ constexpr const char* walkers = "speed_spread = 0.0\nstart_poses = [-0.7, 0.3, 0
 TEST_CASE("identity header: digits, stillness, and afterwards everything as before") {
   // Each digit of each id is shown while the robot stands still; a robot that is not asked walks on; at the end colours
   // and motors are what they were.
-  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers.c",
+  ArenaSwarm swarm({.program = "tests/sim_ode/controllers/answers.c",
                     .robots = 3,
                     .side_m = 2,
                     .ids = {5, 1022, 65534},
@@ -66,7 +66,7 @@ TEST_CASE("identity header: digits, stillness, and afterwards everything as befo
 
 TEST_CASE("identity header: the clock stands still for the program") {
   // A robot asked for 10 s changes its colour 10 s later than one that was not.
-  TableSwarm swarm(
+  ArenaSwarm swarm(
       {.program = "tests/sim_ode/controllers/answers.c", .robots = 3, .side_m = 2, .ids = {0, 1, 2}, .ode = walkers});
   swarm.run();
   look_for(swarm, 5);
@@ -86,7 +86,7 @@ TEST_CASE("identity header: the clock stands still for the program") {
 
 TEST_CASE("identity header: before RUN, and when the end is not heard") {
   // An idle robot answers and does not move. Left alone a running one goes on by itself after 3 s.
-  TableSwarm swarm(
+  ArenaSwarm swarm(
       {.program = "tests/sim_ode/controllers/answers.c", .robots = 3, .side_m = 2, .ids = {0, 1, 2}, .ode = walkers});
   look_for(swarm, 0.5, tracker::digit_question({}, 0));
   for (std::size_t i = 0; i < 3; ++i) CHECK(swarm.seen(i).led == tracker::spelled(swarm.ids[i], 0));
@@ -104,7 +104,7 @@ TEST_CASE("identity header: before RUN, and when the end is not heard") {
 TEST_CASE("identity header: callbacks set late, and programs that wait") {
   // A program that sets its callback in setup hears its messages and no questions; one inside delay() is stopped at
   // once.
-  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers_late.c",
+  ArenaSwarm swarm({.program = "tests/sim_ode/controllers/answers_late.c",
                     .robots = 1,
                     .ids = {7},
                     .ode = "start_poses = [0, 0, 0]"});
@@ -124,7 +124,7 @@ TEST_CASE("identity header: callbacks set late, and programs that wait") {
 
 TEST_CASE("identity header: ARK's messages") {
   // 120 and 119: blue is the one whose id is called, red all others; 65535 ends it. Ids above 255 count whole.
-  TableSwarm swarm({.program = "tests/sim_ode/controllers/answers.c",
+  ArenaSwarm swarm({.program = "tests/sim_ode/controllers/answers.c",
                     .robots = 3,
                     .side_m = 2,
                     .ids = {5, 261, 1022},
@@ -146,7 +146,7 @@ TEST_CASE("identity header: ARK's messages") {
 TEST_CASE("identity header: a hundred DHTF robots") {
   // Of whom a tenth miss each message: named in less than 15 s, the same by ARK's protocol; then two swapped by hand
   // while all walk are right within 20 s of being back, and nobody else is stopped.
-  TableSwarm swarm({.program = "scenarios/dhtf/controller/dhtf.c", .robots = 100, .ode = "overhead_loss = 0.1"});
+  ArenaSwarm swarm({.program = "scenarios/dhtf/controller/dhtf.c", .robots = 100, .ode = "overhead_loss = 0.1"});
   swarm.run();
   look_for(swarm, 5);
   std::vector<hal::RobotId> everybody(100);

@@ -204,7 +204,7 @@ TEST_CASE("identity: many robots in doubt at once") {
 }
 
 TEST_CASE("identity: no robots, no questions; robots that come later") {
-  // An empty table asks nobody. Robots put down one by one are named as they come.
+  // An empty arena asks nobody. Robots put down one by one are named as they come.
   SpellingRobots robots({1, 2, 3}, {});
   for (auto& robot : robots.robots) robot.hidden = true, robot.hidden_since = hal::LabTime{-5'000'000};
   Watch watch(robots, {.expected = {1, 2, 3}});

@@ -1,5 +1,5 @@
-// See other_tables.hpp.
-#include "tests/support/pictures/other_tables.hpp"
+// See other_arenas.hpp.
+#include "tests/support/pictures/other_arenas.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -58,33 +58,33 @@ Scene emptied(const Scene& scene) {
   return out;
 }
 
-cv::Vec3d table_colour(const std::string& table, double x, double y, double robot_px, double random) {
+cv::Vec3d arena_colour(const std::string& arena, double x, double y, double robot_px, double random) {
   const double across = x / robot_px, along = y / robot_px;
-  if (table == "dark") return {62, 60, 58};
-  if (table == "grey") return cv::Vec3d(52, 50, 48) * (0.9 + 0.2 * random);
-  if (table == "black") return {18, 18, 20};
-  if (table == "white") return {245, 246, 244};
-  if (table == "blue") return {170, 110, 60};
-  if (table == "felt") return cv::Vec3d(60, 120, 30) * (0.9 + 0.2 * random);
-  if (table == "carpet") return cv::Vec3d(105, 110, 120) * (0.6 + 0.8 * random);
-  if (table == "wood" || table == "parquet") {
+  if (arena == "dark") return {62, 60, 58};
+  if (arena == "grey") return cv::Vec3d(52, 50, 48) * (0.9 + 0.2 * random);
+  if (arena == "black") return {18, 18, 20};
+  if (arena == "white") return {245, 246, 244};
+  if (arena == "blue") return {170, 110, 60};
+  if (arena == "felt") return cv::Vec3d(60, 120, 30) * (0.9 + 0.2 * random);
+  if (arena == "carpet") return cv::Vec3d(105, 110, 120) * (0.6 + 0.8 * random);
+  if (arena == "wood" || arena == "parquet") {
     const double grain = std::sin(along * 9 + 2 * std::sin(across * 0.8) + std::sin(along * 2.3) * 2);
     const cv::Vec3d wood = cv::Vec3d(90, 130, 175) * (0.93 + 0.07 * grain);
-    if (table == "wood") return wood;
+    if (arena == "wood") return wood;
     const double row = std::floor(along / 1.7), shift = row * 2.3, board = std::floor((across + shift) / 7);
     const bool seam = along / 1.7 - row < 0.03 || (across + shift) / 7 - board < 0.008;
     return wood * (0.8 + 0.4 * scattered(static_cast<int>(board), static_cast<int>(row))) * (seam ? 0.5 : 1.0);
   }
-  if (table == "checks")
+  if (arena == "checks")
     return (static_cast<int>(std::floor(across / 2)) + static_cast<int>(std::floor(along / 2))) % 2
                ? cv::Vec3d(205, 205, 205)
                : cv::Vec3d(110, 110, 110);
-  if (table == "lines") {
+  if (arena == "lines") {
     const double to_line =
         std::min(std::abs(across / 2.5 - std::round(across / 2.5)), std::abs(along / 2.5 - std::round(along / 2.5)));
     return to_line < 0.02 ? cv::Vec3d(40, 40, 40) : cv::Vec3d(200, 205, 205);
   }
-  if (table == "print") {
+  if (arena == "print") {
     // lines of text: dark bits in rows
     const double row = std::floor(along * 3), in_row = along * 3 - row;
     const bool ink = in_row < 0.6 &&
@@ -94,8 +94,8 @@ cv::Vec3d table_colour(const std::string& table, double x, double y, double robo
   return {168, 172, 170};
 }
 
-Scene on_arena(const Scene& scene, const std::string& table) {
-  Scene out{scene.name + " on " + table, scene.bgr.clone(), scene.robots, scene.also};
+Scene on_arena(const Scene& scene, const std::string& arena) {
+  Scene out{scene.name + " on " + arena, scene.bgr.clone(), scene.robots, scene.also};
   const cv::Vec3d usual = median_colour(scene.bgr);
   const double robot_px = scene.robots.empty() ? 40 : 2 * scene.robots[0].r_px;
   cv::Mat robots(scene.bgr.size(), CV_32F, cv::Scalar(0));
@@ -112,7 +112,7 @@ Scene on_arena(const Scene& scene, const std::string& table) {
   for (int y = 0; y < out.bgr.rows; ++y)
     for (int x = 0; x < out.bgr.cols; ++x) {
       const double cover = static_cast<double>(robots.at<float>(y, x));
-      const cv::Vec3d colour = table_colour(table, x, y, robot_px, scattered(x, y));
+      const cv::Vec3d colour = arena_colour(arena, x, y, robot_px, scattered(x, y));
       cv::Vec3b& pixel = out.bgr.at<cv::Vec3b>(y, x);
       for (int c = 0; c < 3; ++c)
         pixel[c] = cv::saturate_cast<std::uint8_t>(cover * pixel[c] +

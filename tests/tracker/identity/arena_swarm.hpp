@@ -1,4 +1,4 @@
-// A simulated table and the eyes of a camera on it: pictures as tracks under numbers of their own, late, and questions
+// A simulated arena and the eyes of a camera on it: pictures as tracks under numbers of their own, late, and questions
 // put on the air as an overhead controller has time for them. For tests of everything that talks to robots it cannot
 // name.
 #pragma once
@@ -22,7 +22,7 @@
 
 namespace arkmesh::tests {
 
-struct ArenaTrackerSettings {
+struct ArenaSwarmSettings {
   std::string program;  // path below the sources
   int robots = 1;
   double side_m = 1;
@@ -33,9 +33,9 @@ struct ArenaTrackerSettings {
   std::uint64_t seed = 1;
 };
 
-class TableSwarm {
+class ArenaSwarm {
  public:
-  explicit TableSwarm(ArenaTrackerSettings settings)
+  explicit ArenaSwarm(ArenaSwarmSettings settings)
       : settings_(std::move(settings)),
         config_(hal::Config::from_text(
             fmt::format(
@@ -47,8 +47,8 @@ class TableSwarm {
     if (ids.empty()) ids = shuffled<std::uint16_t>(0);
     track_of = shuffled<tracker::TrackNumber>(1000);
     hidden_since_.resize(track_of.size());
-    table_ = sim_ode::make_simulated_arena(config_.root().section("arena"), "lab", settings_.seed, {.ids = ids});
-    table_->advance_to(now);
+    arena_ = sim_ode::make_simulated_arena(config_.root().section("arena"), "lab", settings_.seed, {.ids = ids});
+    arena_->advance_to(now);
     keep_picture();
   }
 
@@ -60,7 +60,7 @@ class TableSwarm {
         broadcast(*question);
         next_copy_ = now + hal::LabTime{60'000};
       }
-      table_->advance_to(now);
+      arena_->advance_to(now);
     }
     keep_picture();
     while (pictures_.size() > 1 && pictures_[1].stamp <= now - settings_.latency) pictures_.pop_front();
@@ -85,21 +85,21 @@ class TableSwarm {
     return tracks_;
   }
   void broadcast(const tracker::Question& question) {
-    table_->robots().command(
+    arena_->robots().command(
         {.kind = hal::FleetCommand::Kind::broadcast, .type = question.type, .data = question.data});
   }
-  void run() { table_->robots().command({.kind = hal::FleetCommand::Kind::run}); }
+  void run() { arena_->robots().command({.kind = hal::FleetCommand::Kind::run}); }
   // A picture as it is, without latency.
   const hal::Observation& seen(std::size_t robot) const { return pictures_.back().robots.at(robot); }
   double seconds() const { return static_cast<double>(now.count()) * 1e-6; }
 
   void lift(std::size_t robot) {
     hidden_since_[robot] = now;
-    table_->take_off(static_cast<int>(robot));
+    arena_->take_off(static_cast<int>(robot));
   }
   // Under the track that is at that place now.
   void put(std::size_t robot, const hal::Pose& pose, tracker::TrackNumber track) {
-    REQUIRE(table_->put(static_cast<int>(robot), pose) == "");
+    REQUIRE(arena_->put(static_cast<int>(robot), pose) == "");
     hidden_since_[robot].reset();
     track_of[robot] = track;
   }
@@ -109,7 +109,7 @@ class TableSwarm {
   std::size_t robot_with(std::uint16_t id) const {
     return static_cast<std::size_t>(std::find(ids.begin(), ids.end(), id) - ids.begin());
   }
-  sim_ode::SimulatedArena& table() { return *table_; }
+  sim_ode::SimulatedArena& arena() { return *arena_; }
 
   std::vector<std::uint16_t> ids;              // by robot, at the beginning
   std::vector<tracker::TrackNumber> track_of;  // by robot
@@ -124,13 +124,13 @@ class TableSwarm {
     return out;
   }
   void keep_picture() {
-    if (auto frame = table_->poses().latest()) pictures_.push_back(*std::move(frame));
+    if (auto frame = arena_->poses().latest()) pictures_.push_back(*std::move(frame));
   }
 
-  ArenaTrackerSettings settings_;
+  ArenaSwarmSettings settings_;
   hal::Config config_;
   hal::RandomStream chance_;
-  std::unique_ptr<sim_ode::SimulatedArena> table_;
+  std::unique_ptr<sim_ode::SimulatedArena> arena_;
   hal::LabTime next_copy_{0};
   std::deque<hal::PoseFrame> pictures_;
   std::vector<std::optional<hal::LabTime>> hidden_since_;

@@ -1,4 +1,4 @@
-// The tables of the real pictures, emptied, or of another colour and pattern.
+// The arenas of the real pictures, emptied, or of another colour and pattern.
 #pragma once
 
 #include <string>
@@ -7,13 +7,13 @@
 
 namespace arkmesh::tests {
 
-// The same table without its robots.
+// The same arena without its robots.
 Scene emptied(const Scene& scene);
-// The real robots and their shadows on a table of another colour and pattern, see table_colour.
-Scene on_arena(const Scene& scene, const std::string& table);
+// The real robots and their shadows on an arena of another colour and pattern, see arena_colour.
+Scene on_arena(const Scene& scene, const std::string& arena);
 
 // light, dark, grey (the boards' own), black, white, wood, parquet, felt, blue, checks, lines, print, carpet; textures
 // have the size of robots' parts, where they hurt. `random` is a number 0..1 that differs from pixel to pixel.
-cv::Vec3d table_colour(const std::string& table, double x, double y, double robot_px, double random);
+cv::Vec3d arena_colour(const std::string& arena, double x, double y, double robot_px, double random);
 
 }  // namespace arkmesh::tests
